@@ -198,8 +198,8 @@ MEANINGS = {
     "fitted": "within the tolerance; constants of the virtual laboratory were fitted, now or earlier, to "
     "this number or to numbers from which it is computed",
     "predicted": "within the tolerance; constants were fitted to other numbers only",
-    "pattern": "the claim is an inequality, and it holds; inequalities of fitted numbers, of a chosen "
-    "processing and of printed numbers have the verdicts fitted, interpretation and implied",
+    "pattern": "the claim is an inequality, and it holds. (An inequality between fitted numbers is "
+    "fitted, one for which a processing was chosen an interpretation, one of printed numbers implied.)",
     "interpretation": "within the tolerance; the processing was chosen because it fits",
     "explained": "outside the tolerance, but our explanation predicts a number within it",
     "contradicted by itself": "the numbers that the thesis itself prints do not satisfy the claim",
@@ -266,7 +266,8 @@ def ledger_table(
         f"<p>We test {len(claims)} numbers of the thesis's statements and {len(cells)} printed cells. This "
         f"run is within tolerance for {within} of these {len(judged)} numbers. The null model, which needs "
         "no laboratory (it is, for example, the mean of the printed row), is within tolerance for "
-        f"{null}. An asterisk (∗) marks those {null}: agreement there is no evidence for the laboratory. "
+        f"{null}. An asterisk (∗) marks those {null}: if this run agrees there, too, it is no evidence for "
+        "the laboratory. "
         "The last column links to the source of this run's value.</p>\n"
         f"{sortable(LEDGER, head, rows, filters, 'row')}"
         f'<h3 id="verdicts">Verdicts</h3>\n<dl class="flags">\n{meanings}</dl>\n'
