@@ -18,7 +18,7 @@ pytestmark = pytest.mark.study
 
 # what stands at the end of every path: the record of file checksums and settings, and the reports
 RECORD = {"record_provenance": 1}
-REPORTS = {"write_report": 1, "write_index": 1, "all": 1}
+REPORTS = {"write_report": 1, "typeset_report": 1, "write_index": 1, "all": 1}
 ESTIMATES = {"collect_estimates": 1, "collect_recovery": 1, "check_claims": 1, "plot_budgets": 1}
 # figures show the truth beside the estimates
 ESTIMATES |= {"plot_dummy": 1, "plot_foot": 1}
