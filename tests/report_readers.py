@@ -1,4 +1,4 @@
-"""Faults that a reader would find in the report of a study of other recordings."""
+"""Results of a study as its report reads them, and faults that a reader would find in a report."""
 
 import csv
 import io
@@ -8,6 +8,20 @@ import re
 from typst_builders import page_of, plain_words, tables_of
 
 from tepsipe.drawing.names import by_uncertainty, number
+
+
+def run_of(results):
+    """Run of results, whose tables and fits may be altered, and modules of the chapters of its report."""
+    from workflow.scripts.typeset import chapters, read_run
+
+    data = json.loads((results / "report/report.json").read_text(encoding="utf-8"))
+    names = [(group, name) for group, own in data["facts"].items() for name in own]
+    places = [results / f"fits/{group}/{name}.h5" for group, name in names]
+    places += [results / f"fits/{name}.h5" for group, name in names if group == name]
+    fits = [str(path) for path in places if path.is_file()]
+    files = {name: str(path) for name, path in tables_of(results).items()}
+    run = read_run(files, fits, data["choices"], data["study"], str(results / "provenance.json"))
+    return run, chapters(data["chapters"])
 
 
 def faults_of_study(results):

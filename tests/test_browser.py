@@ -25,7 +25,7 @@ def browser():
         yield opened
 
 
-# both themes of one width follow each other: another width opens the page again, which takes a second
+# tests of one page and width follow each other: another one opens the page again, which takes a second
 @pytest.mark.parametrize("theme", ["light", "dark"])
 @pytest.mark.parametrize("width", [1280, 390])
 def test_report_opens_without_errors_and_fits_into_the_window(study, browser, width, theme):
@@ -42,6 +42,48 @@ def test_report_opens_without_errors_and_fits_into_the_window(study, browser, wi
     assert browser.run("return document.documentElement.scrollWidth - innerWidth") <= 0
     assert browser.log() == []
     assert browser.run("return performance.getEntriesByName('first-contentful-paint')[0].startTime") < 3000
+
+
+@pytest.mark.parametrize(
+    ("page", "table"),
+    [
+        ("index", "#trials-table"),
+        ("index", "#ledger-table"),
+        ("index", "table.cells"),
+        ("trials/dummy/sine-0.5", "table"),
+    ],
+)
+def test_on_a_telephone_the_first_column_stays_beside_the_others(study, browser, page, table):
+    browser.show(study / f"results/report/{page}.html", 390)
+    distances = """
+        const table = document.querySelector(given[0]);
+        const wide = table.parentElement;
+        wide.scrollLeft = 150;
+        const cell = table.querySelector("tbody tr").cells[0].getBoundingClientRect();
+        const box = wide.getBoundingClientRect();
+        return [wide.scrollLeft, Math.round(cell.left - box.left), cell.width / box.width];
+    """
+    moved, left, share = browser.run(distances, table)
+    assert moved == 150 and left == 0 and share < 0.5
+
+
+def test_a_reference_is_previewed(study, browser):
+    browser.show(study / "results/report/index.html")
+    pointed = """
+        const link = document.querySelector('main p a[href="#figure_pathways"]');
+        link.dispatchEvent(new PointerEvent("pointerover", { bubbles: true, pointerType: "mouse" }));
+        await new Promise((resolve) => setTimeout(resolve, 500));
+        const card = document.querySelector(".popover");
+        return card.hidden ? null : [card.querySelector("img").getAttribute("src"), card.textContent];
+    """
+    source, words = browser.run(pointed)
+    assert source == "../figures/figure_pathways.svg" and "Figure" in words
+    focused = """
+        const link = document.querySelector("a.basis");
+        link.focus({ focusVisible: true });
+        return document.querySelector(".popover").textContent;
+    """
+    assert "Tables 4-2 and 4-3" in browser.run(focused)
 
 
 def test_search_finds_words_and_shows_their_place(study, browser):
@@ -108,29 +150,6 @@ def test_figures_to_try_keep_their_controls_when_their_links_are_pointed_at(stud
     assert browser.run(pointed) == 1
 
 
-@pytest.mark.parametrize(
-    ("page", "table"),
-    [
-        ("index", "#trials-table"),
-        ("index", "#ledger-table"),
-        ("index", "table.cells"),
-        ("trials/dummy/sine-0.5", "table"),
-    ],
-)
-def test_on_a_telephone_the_first_column_stays_beside_the_others(study, browser, page, table):
-    browser.show(study / f"results/report/{page}.html", 390)
-    distances = """
-        const table = document.querySelector(given[0]);
-        const wide = table.parentElement;
-        wide.scrollLeft = 150;
-        const cell = table.querySelector("tbody tr").cells[0].getBoundingClientRect();
-        const box = wide.getBoundingClientRect();
-        return [wide.scrollLeft, Math.round(cell.left - box.left), cell.width / box.width];
-    """
-    moved, left, share = browser.run(distances, table)
-    assert moved == 150 and left == 0 and share < 0.5
-
-
 def test_the_source_of_a_function_is_copied_to_every_figure_that_it_makes(study, browser):
     browser.show(study / "results/report/index.html")
     opened = """
@@ -142,31 +161,6 @@ def test_the_source_of_a_function_is_copied_to_every_figure_that_it_makes(study,
     """
     copied, source = browser.run(opened)
     assert copied == source and source.startswith("def ")
-
-
-def test_a_reference_is_previewed(study, browser):
-    browser.show(study / "results/report/index.html")
-    pointed = """
-        const link = document.querySelector('main p a[href="#figure_pathways"]');
-        link.dispatchEvent(new PointerEvent("pointerover", { bubbles: true, pointerType: "mouse" }));
-        await new Promise((resolve) => setTimeout(resolve, 500));
-        const card = document.querySelector(".popover");
-        return card.hidden ? null : [card.querySelector("img").getAttribute("src"), card.textContent];
-    """
-    source, words = browser.run(pointed)
-    assert source == "../figures/figure_pathways.svg" and "Figure" in words
-    focused = """
-        const link = document.querySelector("a.basis");
-        link.focus({ focusVisible: true });
-        return document.querySelector(".popover").textContent;
-    """
-    assert "Tables 4-2 and 4-3" in browser.run(focused)
-
-
-def test_a_page_of_a_trial_opens_without_errors(study, browser):
-    browser.open(study / "results/report/trials/dummy/sine-0.5.html")
-    assert browser.run("return document.querySelectorAll('canvas').length") > 3
-    assert browser.log() == []
 
 
 def test_signs_as_printed_return_the_apparent_impedance_with_a_perfect_fit(study, browser):
@@ -214,3 +208,9 @@ def test_printed_cells_are_read_by_pointing_and_by_keys(study, browser):
     )
     browser.run(f"{cell}.focus(); {press}", "ArrowDown")
     assert browser.run(f"{press} {about}", "ArrowRight").startswith("cellTable 4-1 of the thesis, B, 0.12")
+
+
+def test_a_page_of_a_trial_opens_without_errors(study, browser):
+    browser.open(study / "results/report/trials/dummy/sine-0.5.html")
+    assert browser.run("return document.querySelectorAll('canvas').length") > 3
+    assert browser.log() == []

@@ -2,13 +2,15 @@
 
 A damaged file is refused in one sentence. A file that the study has written ends with a seal, the SHA-256 of
 its content, which HDF5 ignores. Where the seal fits, every byte is as it was written, so the file is read
-directly; any other file is read in a child process.
+directly; any other file is read in a child process. Arrays of a sealed result are decompressed when they are
+asked for, from the bytes whose seal fits: most jobs use a few of a file's many arrays.
 """
 
 import hashlib
+import io
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,8 +43,8 @@ def seal(path: str | Path) -> None:
         file.write(SEAL + hashlib.sha256(file.read()).digest())
 
 
-def _is_sealed(path: str | Path) -> bool:
-    """Whether every byte of a file is as it was when it was sealed."""
+def _sealed_content(path: str | Path) -> bytes | None:
+    """Content of a file of which every byte is as it was when it was sealed; None of any other."""
     with suppress(OSError):  # the reader refuses it
         if Path(path).is_file():  # no pipe, which could make it wait
             with open(path, "rb") as file:
@@ -51,8 +53,9 @@ def _is_sealed(path: str | Path) -> bool:
                 if file.read(len(SEAL)) == SEAL:
                     digest = file.read()
                     file.seek(0)
-                    return hashlib.sha256(file.read(length)).digest() == digest
-    return False
+                    content = file.read(length)
+                    return content if hashlib.sha256(content).digest() == digest else None
+    return None
 
 
 def write_array(group: h5py.Group, name: str, values: np.ndarray) -> h5py.Dataset:
@@ -69,10 +72,12 @@ def read_hdf5(
     expected: str,
     actual: str = "one that cannot be read",
     advice: str = "make it again",
+    sealed: Callable[[bytes], object] | None = None,
 ):
     """Read an HDF5 file with ``read``: directly if its seal fits, or else in a child process (`guarded`).
 
     read: takes the path; its result can be pickled.
+    sealed: takes the content of a file whose seal fits, which is read by ``read`` without it.
     expected, actual, advice: parts of the message: what the file should be, what one is that cannot be
     read, what to do about it.
 
@@ -82,7 +87,10 @@ def read_hdf5(
         The function's result.
     """
     try:
-        return read(path) if _is_sealed(path) else guarded(read, path, what=path)
+        content = _sealed_content(path)
+        if content is None:
+            return guarded(read, path, what=path)
+        return sealed(content) if sealed else read(path)
     except InputError:
         raise
     except Exception as error:  # h5py raises many kinds on damaged files
@@ -95,9 +103,9 @@ def read_hdf5(
 class Result:
     """Named arrays and facts."""
 
-    arrays: dict[str, np.ndarray]
+    arrays: MutableMapping[str, np.ndarray]
     """Name, with ``/`` between groups, -> values (units in ``units``)."""
-    units: dict[str, str]
+    units: MutableMapping[str, str]
     """Name -> unit."""
     facts: dict
     """Anything that JSON can represent."""
@@ -138,7 +146,7 @@ def joined(*results: Result) -> Result:
 
 def read_result(path: str | Path) -> Result:
     """Read a file written by `write_result` (arrays in the units that it names)."""
-    return read_hdf5(_read, path, "a result's HDF5 file")
+    return read_hdf5(_read, path, "a result's HDF5 file", sealed=_on_demand)
 
 
 def read_facts(path: str | Path) -> dict:
@@ -167,6 +175,43 @@ def _read(path: str | Path) -> Result:
             if not isinstance(units[name], str):
                 raise ValueError(f"a unit of {name!r} that is no text")
         return Result(arrays, units, _facts(file))
+
+
+class _OnDemand(MutableMapping):
+    """What ``read`` finds for every name, when it is first asked for; a copy is an ordinary dictionary."""
+
+    def __init__(self, names: Iterable[str], read: Callable[[str], object]):
+        self._found, self._read = dict.fromkeys(names), read
+
+    def __getitem__(self, name):
+        if self._found[name] is None:
+            self._found[name] = self._read(name)
+        return self._found[name]
+
+    def __setitem__(self, name, value):
+        self._found[name] = value
+
+    def __delitem__(self, name):
+        del self._found[name]
+
+    def __iter__(self):
+        return iter(self._found)
+
+    def __len__(self):
+        return len(self._found)
+
+    def __reduce__(self):
+        return dict, (dict(self),)
+
+
+def _on_demand(content: bytes) -> Result:
+    """Result in the content of a file."""
+    file, links = h5py.File(io.BytesIO(content), "r"), []
+    file.visit_links(links.append)
+    groups = {name.rpartition("/")[0] for name in links}
+    names = [name for name in links if name not in groups]
+    arrays = _OnDemand(names, lambda name: file[name][...])
+    return Result(arrays, _OnDemand(names, lambda name: file[name].attrs["units"]), _facts(file))
 
 
 def _datasets(group: h5py.Group, before: str = "") -> Iterator[tuple[str, h5py.Dataset]]:

@@ -1,6 +1,8 @@
 """Results of an analysis survive their file, and a damaged file is refused."""
 
+import copy
 import os
+import pickle
 
 import h5py
 import numpy as np
@@ -34,6 +36,19 @@ def test_equal_arrays_are_stored_once_and_read_by_every_name(tmp_path, rng):
     read = read_result(tmp_path / "r.h5")
     assert read.units == units
     assert all((read.arrays[name] == array).all() for name, array in arrays.items())
+
+
+def test_a_result_is_that_of_its_file_when_it_was_read_and_can_be_altered_and_copied(tmp_path):
+    path = tmp_path / "r.h5"
+    written = {"a/x": np.arange(3.0), "a/b/y": np.ones(2), "z": np.zeros(1)}
+    write_result(path, Result(written, dict.fromkeys(written, "s"), {}))
+    read = read_result(path)
+    path.write_bytes(b"another file")
+    read.arrays["a/x"][0] = 7.0
+    read.arrays["new"] = read.arrays.pop("z")
+    for own in (read, pickle.loads(pickle.dumps(read)), copy.deepcopy(read)):
+        assert list(own.arrays) == ["a/b/y", "a/x", "new"] and "z" not in own.arrays
+        assert [values.tolist() for values in own.arrays.values()] == [[1.0, 1.0], [7.0, 1.0, 2.0], [0.0]]
 
 
 def test_result_file_that_is_damaged_is_refused(tmp_path):

@@ -18,7 +18,8 @@ pytestmark = pytest.mark.study
 
 # what stands at the end of every path: the record of file checksums and settings, and the reports
 RECORD = {"record_provenance": 1}
-REPORTS = {"write_report": 1, "write_index": 1, "all": 1}
+TYPESET = {"typeset_report": 1, "write_index": 1, "all": 1}
+REPORTS = {"write_report": 1, **TYPESET}
 ESTIMATES = {"collect_estimates": 1, "collect_recovery": 1, "check_claims": 1, "plot_budgets": 1}
 # figures show the truth beside the estimates
 ESTIMATES |= {"plot_dummy": 1, "plot_foot": 1}
@@ -293,7 +294,7 @@ def test_an_edit_of_a_module_of_pages_reruns_pages_and_nothing_else(study):
 
 def test_an_edit_of_a_module_of_figures_draws_again_and_runs_nothing_else(study):
     planned = after_an_edit_of_a_module(study, "tepsipe/experiments/dummy/figures.py")
-    assert planned == {"plot_dummy": 1, "plot_foot": 1, **REPORTS}
+    assert planned == {"plot_dummy": 1, "plot_foot": 1, **TYPESET}
 
 
 def test_an_edit_of_a_reported_value_lays_its_own_table_out_again(own_study):

@@ -1,4 +1,4 @@
-# The PDFs: the article on the thesis and its supplement, or the report of other recordings.
+# The numbers of the report: of the article on the thesis and its supplement, or of other recordings.
 
 import json
 
@@ -14,6 +14,7 @@ if not (
 PLATES = [here("benchmarks/plate_constants.csv")]
 if not (CAMPAIGN and STUDY.has("weight") and all(map(os.path.exists, PLATES))):
     PLATES = []
+FIGURES = outputs.figures(STUDY)
 
 
 rule record_provenance:
@@ -53,23 +54,19 @@ rule record_provenance:
 
 
 rule write_report:
-    """Typeset the report as a PDF, and the supplement of the article."""
+    """Write the numbers of the report."""
     input:
-        source=report_sources(),
-        figures=outputs.figures(STUDY),
         fits=outputs.report_fits(STUDY),
         tables=outputs.report_tables(STUDY) + CAMPAIGN[:1] + PLATES,
         provenance="<results>/provenance.json",
         library=library_of("write_report", *chapter_modules(outputs.chapters(STUDY))),
     output:
-        pdf=[f"<results>/report/{config['study']['name']}.pdf", *outputs.supplement(STUDY)],
         data="<results>/report/report.json",
     log:
         "<logs>/write_report.log",
     conda:
         "../envs/tepsipe.yaml"
     params:
-        main="report.typ",
         chapters=outputs.chapters(STUDY),
         settings=report_params.printed(STUDY),
         study=as_it_is(
@@ -104,6 +101,5 @@ rule write_report:
                 "shown_of_participants": groups.shown_estimators(STUDY),
             }
         ),
-        source_folder=lambda w: here("report"),
     script:
         "../scripts/write_report.py"

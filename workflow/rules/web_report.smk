@@ -1,16 +1,18 @@
-# The report as a page for a browser, of every kind of study: from the sources, numbers and tables of its PDF.
+# The report of every kind of study as PDFs and as a page for a browser, from the same sources, numbers and tables.
 
 from workflow.support.captions import read_captions
 
 WRITTEN_BY = f"write_{STUDY.kind or 'report'}"
 REPORT = getattr(rules, WRITTEN_BY)
 PAGES = [] if STUDY.kind else outputs.pages(STUDY)
-# words of a link -> the same report in another form, and what it rests on
-PDFS = [REPORT.output.pdf] if STUDY.kind else REPORT.output.pdf
-FORMS = dict(zip(["Report as PDF", "Supplement as PDF"], map(str, PDFS)))
+# the article or the only document, and the supplement
+PDFS = [f"<results>/report/{STUDY.kind or config['study']['name']}.pdf"]
+# words of a link -> what the page rests on
+OTHERS = {}
 if not STUDY.kind:
-    others = {"Provenance": "provenance.json", "Configuration": "config.yaml"}
-    FORMS |= {words: f"{config['pathvars']['results']}/{name}" for words, name in others.items()}
+    PDFS += outputs.supplement(STUDY)
+    OTHERS = {"Provenance": "<results>/provenance.json", "Configuration": "<results>/config.yaml"}
+FORMS = dict(zip(["Report as PDF", "Supplement as PDF"], PDFS)) | OTHERS
 # the trial whose forward simulation the page repeats
 SIMULATED = (
     [STUDY.shown("dummy", SETTINGS["dummy"]["simulation"]["figure_4_7_condition"])]
@@ -27,15 +29,36 @@ if not config["study"]["reported"]:
 CAPTIONS = read_captions(CHECKOUT / "report/captions.yaml")
 
 
+rule typeset_report:
+    """Typeset the report as a PDF, and the supplement of the article."""
+    input:
+        data=REPORT.output.data,
+        tables=REPORT.input.tables,
+        figures=FIGURES,
+        source=report_sources(),
+        library=library_of("typeset_report"),
+    output:
+        pdf=PDFS,
+    log:
+        "<logs>/typeset_report.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        main=f"{STUDY.kind or 'report'}.typ",
+        source_folder=lambda w: here("report"),
+    script:
+        "../scripts/typeset_report.py"
+
+
 rule write_index:
     """Write the report as a page for a browser."""
     input:
         data=REPORT.output.data,
         tables=REPORT.input.tables,
-        figures=REPORT.input.figures,
-        numbers=[str(path).removesuffix("svg") + "csv" for path in REPORT.input.figures],
+        figures=FIGURES,
+        numbers=[path.removesuffix("svg") + "csv" for path in FIGURES],
         simulated=[f"<results>/fits/simulation/{condition}.h5" for condition in SIMULATED],
-        source=REPORT.input.source,
+        source=report_sources(),
         rests_on=DECISIONS[:1],
         decisions=DECISIONS[1:],
         citation=here("CITATION.cff"),
@@ -62,7 +85,7 @@ rule write_index:
         "../envs/tepsipe.yaml"
     params:
         title=as_it_is(config["study"]["title"]),
-        main=str(REPORT.params.main),
+        main=rules.typeset_report.params.main,
         statements=as_it_is(reported_of("assertions").get("assertions", [])),
         written_by=WRITTEN_BY,
         kind=STUDY.kind,
@@ -72,7 +95,12 @@ rule write_index:
         configfiles=[path.as_posix() for path in CONFIGFILES[1:]],
         simulated=as_it_is(SIMULATED),
         code=code_version(CHECKOUT),
-        forms=as_it_is(FORMS),
+        forms=as_it_is(
+            {
+                words: path.replace("<results>", config["pathvars"]["results"])
+                for words, path in FORMS.items()
+            }
+        ),
         joined=as_it_is({} if STUDY.kind else outputs.joined(STUDY)),
         trials=STUDY.all_conditions() if PAGES else {},
         captions=as_it_is({} if STUDY.kind else {name: CAPTIONS[name] for name in outputs.tables(STUDY)}),

@@ -62,7 +62,7 @@ def report_files(data: str, tables: Mapping[str, str], figures: Iterable[str] = 
     return files | {f"tables/{name}.csv": path for name, path in tables.items()} | {"report.json": data}
 
 
-def write_json(path: str, content: dict) -> None:
+def write_json(path: str | Path, content: dict) -> None:
     """Write a file of JSON that people can read, too."""
     Path(path).write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
@@ -71,8 +71,8 @@ def typeset(files: Mapping[str, str | Path], documents: Mapping[str, str | Path]
     """Typeset sources to PDFs, the same bytes from the same files.
 
     Typst reads below one root only: ``files`` maps paths below it to files. ``documents`` maps a source, one
-    of these paths, to its PDF. Documents name each other's sections, figures, tables and equations in words
-    (``across`` in ``report/style.typ``).
+    of these paths, to its PDF. Documents name each other's sections, figures, tables and equations in words,
+    from ``elsewhere.yaml`` (``across`` in ``report/style.typ``).
     Returns: names of the assertions that do not hold in this run (``says`` in ``report/data.typ``).
     """
     with _gathered(files) as root:
@@ -81,19 +81,19 @@ def typeset(files: Mapping[str, str | Path], documents: Mapping[str, str | Path]
         for main, pdf in documents.items():
             others = (own for other, found in places.items() if other != main for own in found)
             elsewhere = {label: words for own in others for label, words in own.items()}
-            compiler = _compiler(root, main, {"elsewhere": json.dumps(elsewhere)})
-            compiler.compile(output=pdf, timestamp=0, pdf_standards="a-2b")
-            failed += json.loads(compiler.query("<not-in-this-run>", field="value"))
+            write_json(root / "elsewhere.yaml", elsewhere)
+            _compiler(root, main).compile(output=pdf, timestamp=0, pdf_standards="a-2b")
+            failed += _asked(root, main, "<not-in-this-run>")
     return list(dict.fromkeys(failed))
 
 
-def _compiler(root: Path, main: str, inputs: dict[str, str]) -> typst.Compiler:
-    return typst.Compiler(str(root / main), root=str(root), ignore_system_fonts=True, sys_inputs=inputs)
+def _compiler(root: Path, main: str) -> typst.Compiler:
+    return typst.Compiler(str(root / main), root=str(root), ignore_system_fonts=True)
 
 
 def _asked(root: Path, main: str, selector: str) -> list:
     """Values of the metadata with a label in the source ``main``."""
-    return json.loads(_compiler(root, main, {}).query(selector, field="value"))
+    return json.loads(_compiler(root, main).query(selector, field="value"))
 
 
 def typeset_page(files: Mapping[str, str | Path], main: str) -> str:

@@ -7,6 +7,7 @@ from workflow.support.laboratories import Laboratories
 LABORATORIES = Laboratories(config)
 TABLES = ("coverage", "dropped", "flags", "outcomes", "laboratories")
 OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in TABLES), "<results>/report/coverage.pdf"]
+FIGURES = [f"<results>/figures/figure_{name}.svg" for name in ("coverage", "coverage_intervals")]
 
 
 # on a cluster, beside the run itself
@@ -14,6 +15,7 @@ localrules:
     collect_coverage,
     plot_coverage,
     write_coverage,
+    typeset_report,
 
 
 rule run_laboratory:
@@ -90,26 +92,19 @@ rule plot_coverage:
 
 
 rule write_coverage:
-    """Typeset the report on coverage."""
+    """Write the numbers of the report on coverage."""
     input:
-        source=report_sources(),
-        figures=[
-            "<results>/figures/figure_coverage.svg",
-            "<results>/figures/figure_coverage_intervals.svg",
-        ],
         fits=[],
         tables=[f"<results>/tables/{name}.csv" for name in ("coverage", "dropped", "flags", "laboratories")],
         provenance=[],
         library=library_of("write_report", *chapter_modules(outputs.OWN_REPORTS["coverage"])),
     output:
-        pdf="<results>/report/coverage.pdf",
         data="<results>/report/coverage.json",
     log:
         "<logs>/write_coverage.log",
     conda:
         "../envs/tepsipe.yaml"
     params:
-        main="coverage.typ",
         chapters=outputs.OWN_REPORTS["coverage"],
         settings={},
         study=as_it_is(
@@ -121,6 +116,5 @@ rule write_coverage:
                 "seed": config["coverage"]["seed"],
             }
         ),
-        source_folder=lambda w: here("report"),
     script:
         "../scripts/write_report.py"

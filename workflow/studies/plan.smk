@@ -3,13 +3,16 @@
 # joints are those of the person that is planned for: the person's constants are the plan's, no hidden truth.
 
 PLAN = config["plan"]
-PLAN_FIGURES = ("needed", "pulses", "filters", "treadmill_filters", "several_joints")
 PLAN_TABLES = (
     *("plan", "pulses", "filters"),
     *("several_joints", "several_joints_elements", "several_joints_models"),
 )
 SHOWN_TABLES = ("plan", "pulses", "filters", "several_joints")
 OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in SHOWN_TABLES), "<results>/report/plan.pdf"]
+FIGURES = [
+    f"<results>/figures/figure_{name}.svg"
+    for name in ("needed", "pulses", "filters", "treadmill_filters", "several_joints")
+]
 
 
 include: "../rules/virtual_lab.smk"
@@ -180,26 +183,21 @@ rule plot_several_joints:
 
 
 rule write_plan:
-    """Typeset the report of the plan."""
+    """Write the numbers of the report of the plan."""
     input:
-        source=report_sources(),
-        figures=[f"<results>/figures/figure_{name}.svg" for name in PLAN_FIGURES],
         fits=[],
         tables=[f"<results>/tables/{name}.csv" for name in PLAN_TABLES],
         provenance=[],
         library=library_of("write_report", *chapter_modules(outputs.OWN_REPORTS["plan"])),
     output:
-        pdf="<results>/report/plan.pdf",
         data="<results>/report/plan.json",
     log:
         "<logs>/write_plan.log",
     conda:
         "../envs/tepsipe.yaml"
     params:
-        main="plan.typ",
         chapters=outputs.OWN_REPORTS["plan"],
         settings={"plan": pick(PLAN, "seed", "several_joints")},
         study=as_it_is(ABOUT_STUDY | {"code": code_version(CHECKOUT)}),
-        source_folder=lambda w: here("report"),
     script:
         "../scripts/write_report.py"

@@ -5,6 +5,7 @@ WALKS = STUDY.conditions("walking")
 SIMULATED_WALKS = STUDY.simulated("walking")
 TABLES = ["estimates", "uncertainty", "walking", "needed", *(["recovery"] if SIMULATED_WALKS else [])]
 OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in TABLES), "<results>/report/walking.pdf"]
+FIGURES = ["<results>/figures/figure_walking.svg"]
 
 
 rule fit_walking:
@@ -95,10 +96,8 @@ rule plot_walking:
 
 
 rule write_walking:
-    """Typeset the report on walking."""
+    """Write the numbers of the report on walking."""
     input:
-        source=report_sources(),
-        figures=["<results>/figures/figure_walking.svg"],
         fits=STUDY.of_trials("<results>/estimates/walking/{condition}.json", "walking"),
         tables=[
             f"<results>/tables/{name}.csv"
@@ -108,17 +107,14 @@ rule write_walking:
         library=library_of("write_report", *chapter_modules(outputs.OWN_REPORTS["walking"])),
     output:
         data="<results>/report/walking.json",
-        pdf="<results>/report/walking.pdf",
     log:
         "<logs>/write_walking.log",
     conda:
         "../envs/tepsipe.yaml"
     params:
-        main="walking.typ",
         chapters=outputs.OWN_REPORTS["walking"],
         settings={"walking": {"planned": WALKING["planned"]}},
         study=as_it_is(ABOUT_STUDY | {"code": code_version(CHECKOUT)}),
-        source_folder=lambda w: here("report"),
     script:
         "../scripts/write_report.py"
 

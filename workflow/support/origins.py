@@ -10,7 +10,7 @@ import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 from tepsipe.experiments.registry import EXPERIMENTS
@@ -37,6 +37,17 @@ class Rule:
     place: str
     script: str
     text: str
+
+    @property
+    def outputs(self) -> str:
+        """Text of its outputs."""
+        return self.text.partition("output:")[2].partition("log:")[0]
+
+    @cached_property
+    def made(self) -> list[re.Pattern]:
+        """Patterns of the files ``<results>/...`` that it makes."""
+        named = re.findall(r'"(<results>/[^"]+)"', self.outputs)
+        return [re.compile(re.sub(r"\\{\w+\\}", ".+", re.escape(name))) for name in named]
 
     @property
     def drawn_by(self) -> tuple[str, str] | None:
@@ -96,21 +107,18 @@ class Sources:
     def rule_of_table(self, table: str) -> Rule | None:
         """The rule that writes a table of the run."""
         for rule in self.rules:
-            outputs = rule.text.partition("output:")[2].partition("log:")[0]
-            if f"/{table}.csv" in outputs:
+            if f"/{table}.csv" in rule.outputs:
                 return rule
             limits = re.search(r'wildcard_constraints:\s+table="([^"]+)"', rule.text)
-            if "/{table}.csv" in outputs and limits and re.fullmatch(limits[1], table):
+            if "/{table}.csv" in rule.outputs and limits and re.fullmatch(limits[1], table):
                 return rule
         return None
 
     def rule_of_rows(self, file: str) -> Rule | None:
         """The rule that makes a file of rows, ``<results>/...``, which other rules join into a table."""
         for rule in self.rules:
-            outputs = rule.text.partition("output:")[2].partition("log:")[0]
-            for pattern in re.findall(r'"(<results>/[^"]+)"', outputs):
-                if re.fullmatch(re.sub(r"\\{\w+\\}", ".+", re.escape(pattern)), file):
-                    return rule
+            if any(pattern.fullmatch(file) for pattern in rule.made):
+                return rule
         name = file.split("/")[2]
         return replace(self.fits, name=f"fit_{name}") if self.fits and name in EXPERIMENTS else None
 
@@ -169,7 +177,10 @@ class Sources:
         if path.endswith(".typ"):  # its other lines are indented, the last one closes its brackets
             return re.match(r"#let .*(?:\n(?:[ \t].*)?(?=\n))*(?:\n[)}\]].*)?", text[start:])[0].rstrip()
         node = next(node for node in ast.walk(_tree(text)) if getattr(node, "lineno", 0) == int(line))
-        return ast.get_source_segment(text, node)
+        # as ast.get_source_segment, which splits the whole text for every function
+        lines = text[start:].splitlines(keepends=True)[: node.end_lineno - node.lineno + 1]
+        lines[-1] = lines[-1].encode()[: node.end_col_offset].decode()
+        return "".join(lines)
 
     def _place_of(self, module: str, name: str) -> str:
         """Name of a function of a module, or of one that it imports from, with path and line."""

@@ -228,7 +228,7 @@ def draw_foot(files, chosen) -> Iterator[tuple[str, Figure]]:
     results = {}
     for name, leg, foot in zip(chosen.conditions, files.leg, files.foot, strict=True):
         of_leg, of_foot = read_result(leg), read_result(foot)
-        results[name] = Result(of_leg.arrays | of_foot.arrays, {}, of_foot.facts)
+        results[name] = Result({**of_leg.arrays, **of_foot.arrays}, {}, of_foot.facts)
     pathways = [chosen.recommended, *of_foot.facts["pathways"]]
     colours = dict.fromkeys(pathways, FOOT_COLOURS[-1]) | dict(zip(pathways, FOOT_COLOURS, strict=False))
     truth = {name: true_parameters(files.recovery, chosen.conditions, name) for name in pathways}
