@@ -1,19 +1,19 @@
 """Import what jobs need, in the process from which they are forked.
 
+The variable TEPSIPE_MODULES names the modules of this project that jobs of the run may import; the executor
+sets it.
 A module that cannot be imported is left to the jobs that need it, which report the reason.
 """
 
 import ctypes
 import gc
 import importlib
-import pkgutil
+import os
 from contextlib import suppress
 
 from workflow.support.threads import use_one_thread
 
 use_one_thread()  # before numpy is imported
-
-import tepsipe  # noqa: E402
 
 OTHERS = (
     *("edfio", "ezc3d", "h5py", "pandas"),
@@ -22,7 +22,7 @@ OTHERS = (
     *("scipy.special", "scipy.stats"),
 )
 ENGINES = "tepsipe.mechanics.engines."  # few jobs need one, and none needs all
-OF_THE_STUDY = (found.name for found in pkgutil.walk_packages(tepsipe.__path__, "tepsipe."))
+OF_THE_STUDY = os.environ.get("TEPSIPE_MODULES", "").split()
 for name in (*OTHERS, *(name for name in OF_THE_STUDY if not name.startswith(ENGINES))):
     with suppress(Exception):
         importlib.import_module(name)
