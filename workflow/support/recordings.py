@@ -36,9 +36,11 @@ def refused_recordings(study: Study, read: Read | None = None) -> list[str]:
                 _read_walk(study, condition)
                 continue
             trial = ingested(study, experiment, condition)
-            if read is not None:
-                read.trials[experiment, condition] = replace(trial, axes={}, signals={})
-            if experiment in ("weight", "empty"):
+            on_plate = experiment in ("weight", "empty")
+            if read is not None:  # with the signals that the calibration of a plate needs all at once
+                kept = trial if on_plate else replace(trial, axes={}, signals={})
+                read.trials[experiment, condition] = kept
+            if on_plate:
                 of_plates[experiment, condition] = _plate_trial(study, experiment, condition, trial)
             elif experiment == "belt":
                 begin = EXPERIMENTS[experiment].part("fit").begin

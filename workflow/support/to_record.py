@@ -29,7 +29,7 @@ class Read:
     plates: dict[tuple[str, str], BeltRecording] = field(default_factory=dict)
     """Trials of a weight or the empty belt -> their fore-aft load (N)."""
     trials: dict[tuple[str, str], Trial] = field(default_factory=dict)
-    """All trials but walks, with their attributes only."""
+    """All trials but walks: those on a weight or the empty belt whole, others with their attributes only."""
     quiet_s: dict[str | None, float] = field(default_factory=dict)
     """Participant -> unperturbed time in all trials of standing (s)."""
 

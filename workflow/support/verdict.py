@@ -17,6 +17,7 @@ from tepsipe.treadmill.options import FRAMES, Weight
 from workflow.support.people import BELTS
 from workflow.support.recordings import ingested
 from workflow.support.study import Study
+from workflow.support.to_record import Read
 
 QUOTABLE = "K will be quotable"
 MOST = 2  # trials that are named as left out
@@ -24,12 +25,13 @@ MOST = 2  # trials that are named as left out
 DECIDING = ("uncompensated", "other-calibration", "negative", "treadmill-model", "treadmill-not-converged")
 
 
-def verdicts(study: Study) -> list[str]:
+def verdicts(study: Study, read: Read) -> list[str]:
     """One sentence for every trial of the dummy and every person and task, see `sentence`.
 
     study: a study whose recordings can all be used.
+    read: from these recordings.
     """
-    return _of_dummies(study) + _of_people(study)
+    return _of_dummies(study) + _of_people(study, read)
 
 
 def _of_dummies(study: Study) -> list[str]:
@@ -54,7 +56,7 @@ def _of_dummies(study: Study) -> list[str]:
     return said
 
 
-def _of_people(study: Study) -> list[str]:
+def _of_people(study: Study, read: Read) -> list[str]:
     pools = [
         pool
         for pool in study.tasks.pools().values()
@@ -65,7 +67,7 @@ def _of_people(study: Study) -> list[str]:
     section = _recommended_only(study.settings["standing"])
     model = section["pathways"][section["recommended"]["pathway"]]["treadmill_model"]
     belts = {belt for pool in pools for c in pool.conditions for belt in _belts(study, c)}
-    plates = {} if model is None else {belt: _calibrated(study, belt, model) for belt in sorted(belts)}
+    plates = {} if model is None else {belt: _calibrated(study, read, belt, model) for belt in sorted(belts)}
     said = []
     for participant in dict.fromkeys(pool.participant for pool in pools):
         own = [pool for pool in pools if pool.participant == participant]
@@ -102,13 +104,13 @@ def _belts(study: Study, condition: str) -> tuple[str, ...]:
     return BELTS if belt == "both" else (belt,)
 
 
-def _calibrated(study: Study, belt: str, model: str) -> PlateCalibration:
+def _calibrated(study: Study, read: Read, belt: str, model: str) -> PlateCalibration:
     """Models of a plate as the run fits them: one model by its name, and those that are judged together."""
     section, trials = study.settings["weight"], []
     for experiment, condition, role in study.treadmill.plate_trials(belt):
         weight = study.treadmill.weight_of(experiment, condition)
         known = None if weight is None else Weight(**weight)
-        trial = ingested(study, experiment, condition)
+        trial = read.trials.get((experiment, condition)) or ingested(study, experiment, condition)
         trials.append(PlateTrial(experiment, condition, role, known, trial))
     analysis, models = section["analysis"], section["models"]
     family = [name for name in models["family"] if name in (*FRAMES, model)]
