@@ -1,7 +1,6 @@
 """Recordings of a study, read and compared with its settings as the jobs of a run do it."""
 
 import hashlib
-from dataclasses import replace
 from pathlib import Path
 
 from tepsipe.errors import InputError
@@ -36,11 +35,9 @@ def refused_recordings(study: Study, read: Read | None = None) -> list[str]:
                 _read_walk(study, condition)
                 continue
             trial = ingested(study, experiment, condition)
-            on_plate = experiment in ("weight", "empty")
-            if read is not None:  # with the signals that the calibration of a plate needs all at once
-                kept = trial if on_plate else replace(trial, axes={}, signals={})
-                read.trials[experiment, condition] = kept
-            if on_plate:
+            if read is not None:
+                read.add((experiment, condition), trial)
+            if experiment in ("weight", "empty"):
                 of_plates[experiment, condition] = _plate_trial(study, experiment, condition, trial)
             elif experiment == "belt":
                 begin = EXPERIMENTS[experiment].part("fit").begin
