@@ -33,6 +33,7 @@ common_settings = CommonSettings(
 
 FORKS = sys.platform == "linux"
 PRELOADED = ("snakemake.cli", __name__, "workflow.support.preload")
+MODULES = "TEPSIPE_MODULES"  # names of further modules to import, for `workflow/support/preload.py`
 FAILED = 1
 USUAL_LIMIT = (100, 1.0)  # Snakemake's jobs per seconds
 SERVER_ENDED = 255  # exit code that multiprocessing gives to a job whose fork server was killed
@@ -64,6 +65,7 @@ class Executor(RealExecutor):
             return
         script = (Path(job.rule.snakefile).parent / str(job.rule.script)).resolve()
         if not self.serves and FORKS:  # before there are other threads, which would see another folder
+            os.environ[MODULES] = " ".join(self._modules())
             with contextlib.chdir(script.parents[2]):  # where it finds the modules of this checkout
                 forkserver.ensure_running()
         self.serves = True
@@ -75,6 +77,12 @@ class Executor(RealExecutor):
         thread = threading.Thread(target=self._wait_for, args=(info, process), daemon=True)
         self.at_work[thread] = process
         thread.start()
+
+    def _modules(self):
+        """Modules that jobs of this run may import: a run of few jobs needs a small part of the library."""
+        from workflow.support.imported_files import modules_in  # of the Snakefile that runs
+
+        return modules_in({job.input.get("library") for job in self.dag.needrun_jobs()} - {None})
 
     def _without_limit(self):
         """Drop Snakemake's limit to 100 new jobs a second, which no run here reaches.

@@ -203,6 +203,27 @@ def study(tmp_path_factory):
     return made_once(tmp_path_factory, "study", make) / "project"
 
 
+@pytest.fixture(scope="session")
+def belt_study(tmp_path_factory):
+    """A study of text files that has run, of a belt and of a person on a platform: as for `study`."""
+    from belt_builders import belt_table
+    from study_builders import copy_project, platform_table, treadmill_study
+
+    def make(folder):
+        project = copy_project(folder / "project")
+        recordings = project / "of the belt"
+        recordings.mkdir()
+        for seed, name in enumerate(("first run.txt", "second.txt")):
+            belt_table(recordings / name, seed)
+        platform_table(recordings / "person.csv")
+        belts = {"a": ("calibrate", "first run.txt"), "b": ("validate", "second.txt")}
+        person = "\t".join(["platform", "quiet", "recorded", *"---", "119", "person.csv", *"---------"])
+        run = treadmill_study(project, "belt", belts, [person], recordings.name)
+        assert run.returncode == 0, run.stdout + run.stderr
+
+    return made_once(tmp_path_factory, "belt-study", make) / "project"
+
+
 @pytest.fixture(scope="module")
 def own_study(study, tmp_path_factory):
     """A copy of the tiny study with its results, for the tests of one file to change."""

@@ -14,11 +14,13 @@ import sys
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import yaml
 from warm_snakemake import WarmSnakemake
 
 from tepsipe.io.result import read_result
 from tepsipe.reporting.recovery import linear_truth, read_true_motion
+from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS
 
 ROOT = Path(__file__).parents[1]
@@ -160,3 +162,41 @@ def digests(folder):
     return {
         path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest() for path in files
     }
+
+
+def platform_table(path):
+    """Two minutes of a person on a moving platform as a table, 50 Hz."""
+    quiet = PlatformPerson(own_torque_Nm=(4.0, 2.0))
+    record = record_platform(quiet, PlatformProtocol(duration_s=120.0), np.random.default_rng(1))
+    table = np.column_stack([record.time, record.platform, record.angle, record.torque])
+    header = "time_s,platform_m,ankle_angle_rad,hip_angle_rad,ankle_torque_Nm,hip_torque_Nm"
+    np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.9g")
+
+
+def treadmill_study(project, name, recordings, further=(), folder="."):
+    """Run a study of treadmill recordings, condition -> (role, file), and of further rows of the sheet.
+
+    folder: that of the recordings, as seen from the project.
+    """
+    rows = [
+        "\t".join(["belt", condition, "recorded", "-", "-", "-", "39", str(file), "-", "-", "-", role])
+        + "\t-\t-\tt\tMx (Nm)\tv (m/s)"
+        for condition, (role, file) in recordings.items()
+    ]
+    write_sheet(project, [*rows, *further], name)
+    content = {
+        "study": {
+            "name": name,
+            "title": "A treadmill",
+            "trial_sheet": f"config/{name}.tsv",
+            "recordings_folder": folder,
+            "virtual_lab": None,
+            "reported": None,
+        },
+        "pathvars": {"results": f"results/{name}", "logs": f"results/{name}/logs"},
+        "belt": {"analysis": {"cutoffs_hz": [6, 20]}},
+    }
+    write_config(project, content, name)
+    run = snakemake(project, config=name)
+    assert "Traceback" not in run.stdout + run.stderr
+    return run

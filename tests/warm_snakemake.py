@@ -29,6 +29,7 @@ OF_JOBS = (
     *(f"scipy.{name}" for name in ("fft", "interpolate", "io", "linalg", "ndimage", "optimize", "signal")),
     *("scipy.special", "scipy.stats"),
 )
+AS_USUAL = subprocess.run
 
 
 class WarmSnakemake:
@@ -106,6 +107,20 @@ def fork_server(otherwise, run, path, arguments, kept):
     return child
 
 
+def in_a_fork(command, **options):
+    """Run Snakemake in a fork of this process instead of a new Python; other programs as usual."""
+    if command[:3] != [sys.executable, "-m", "snakemake"]:
+        return AS_USUAL(command, **options)
+    with tempfile.TemporaryDirectory() as folder:
+        said = [str(Path(folder) / name) for name in ("stdout", "stderr")]
+        child = os.fork()
+        if child == 0:
+            os._exit(run(command[3:], Path.cwd(), said, "snakemake"))
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        texts = [Path(path).read_text(encoding="utf-8", errors="replace") for path in said]
+    return subprocess.CompletedProcess(command, status, *texts)
+
+
 def run(arguments, folder, said, module):
     """Exit status of Snakemake in a folder, or of what becomes Snakemake; what it says goes to two files."""
     from snakemake.cli import main
@@ -119,9 +134,10 @@ def run(arguments, folder, said, module):
         os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT), stream)
     util.spawnv_passfds = partial(fork_server, util.spawnv_passfds, os.getpid())
     os.chdir(folder)
-    sys.path[0] = folder
+    sys.path[0] = str(folder)
 
     def become(_, command):
+        subprocess.run = AS_USUAL
         given = command[command.index("snakemake") + 1 :]
         sys.argv = [str(Path(sys.modules["snakemake"].__file__).with_name("__main__.py")), *given]
         main(given)
@@ -132,6 +148,8 @@ def run(arguments, folder, said, module):
             become(None, [module, *arguments])
         else:
             os.execv = become
+            # before it becomes Snakemake: no fork of a process in which Snakemake is at work can run another
+            subprocess.run = in_a_fork
             status = importlib.import_module(module).main(arguments)
     except SystemExit as error:
         if isinstance(error.code, str):

@@ -51,7 +51,7 @@ def main(files: list[str]) -> int:
     if refused:
         return 2
     try:
-        judged = verdicts(study)
+        judged = verdicts(study, read)
     except InputError as error:
         print(f"tepsipe: {error}", file=sys.stderr)
         return 2

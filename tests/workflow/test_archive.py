@@ -3,16 +3,17 @@
 import hashlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 import zipfile
+from pathlib import Path
 from types import SimpleNamespace
 from urllib.parse import unquote
 
 import pytest
 import yaml
-from belt_builders import belt_table
-from study_builders import ROOT, snakemake, warm_process, write_config, write_sheet
+from study_builders import ROOT, warm_process
 
 from tepsipe import __version__
 from tepsipe.cli import main
@@ -20,17 +21,6 @@ from tepsipe.errors import InputError
 from workflow.archive import place_of_recording
 
 pytestmark = pytest.mark.study
-BELT = {
-    "study": {
-        "name": "belt",
-        "trial_sheet": "config/belt.tsv",
-        "recordings_folder": "of the belt",
-        "virtual_lab": None,
-        "reported": None,
-    },
-    "pathvars": {"results": "results/belt", "logs": "results/belt/logs"},
-    "belt": {"analysis": {"cutoffs_hz": [6]}},
-}
 
 
 def archive(project, *arguments):
@@ -134,24 +124,9 @@ def test_the_unpacked_study_runs_to_the_same_numbers(tiny):
 
 
 @pytest.fixture(scope="module")
-def belt(project):
-    """A study of recordings in the copy of the project."""
-    folder = project / "of the belt"
-    folder.mkdir()
-    for seed, name in enumerate(("first run.txt", "second.txt")):
-        belt_table(folder / name, seed)
-    roles = {"a": ("calibrate", "first run.txt"), "b": ("validate", "second.txt")}
-    rows = [
-        "\t".join(
-            ["belt", name, "recorded", *"---", "39", file, *"---", role, *"--", "t", "Mx (Nm)", "v (m/s)"]
-        )
-        for name, (role, file) in roles.items()
-    ]
-    write_sheet(project, rows, "belt")
-    write_config(project, BELT, "belt")
-    run = snakemake(project, config="belt")
-    assert run.returncode == 0, run.stdout + run.stderr
-    return project
+def belt(belt_study, tmp_path_factory):
+    """A copy of the study of text files, to change."""
+    return Path(shutil.copytree(belt_study, tmp_path_factory.mktemp("belt") / "project"))
 
 
 def test_recordings_are_named_by_their_contents_or_packed(belt, tmp_path):
@@ -166,7 +141,7 @@ def test_recordings_are_named_by_their_contents_or_packed(belt, tmp_path):
     assert f"{digest}  recordings/first run.txt" in (folder / "recordings.sha256").read_text()
     config = yaml.safe_load((folder / "config.yaml").read_text(encoding="utf-8"))
     assert config["study"]["recordings_folder"] == "recordings"
-    assert config["pathvars"]["results"] == "results" and config["belt"]["analysis"]["cutoffs_hz"] == [6]
+    assert config["pathvars"]["results"] == "results" and config["belt"]["analysis"]["cutoffs_hz"] == [6, 20]
     assert not (folder / "recordings").exists()
     done = archive(
         belt, "config/belt.yaml", f"--output={tmp_path}/b.zip", "--with-recordings", "--licence=CC0-1.0"

@@ -32,6 +32,8 @@ rule all:
 
 
 rule made:
+    input:
+        library="library",
     output:
         "out/{{name}}.txt",
     log:
@@ -52,7 +54,7 @@ import os, signal, sys, time
 from pathlib import Path
 from tepsipe.errors import InputError
 name, output = snakemake.wildcards.name, Path(snakemake.output[0])
-loaded = "h5py" in sys.modules
+loaded = {"h5py", "tepsipe.io.names"} <= sys.modules.keys()
 output.write_text("begun")
 if name == "bug":
     raise ValueError("no")
@@ -89,6 +91,7 @@ def project(tmp_path, root):
             (tmp_path / "workflow/support/preload.py").write_text("")
         shutil.copy(root / "workflow/scripts/job.py", tmp_path / "workflow/scripts")
         (tmp_path / "workflow/scripts/made.py").write_text(SCRIPT)
+        (tmp_path / "library").write_text("0  tepsipe/io/names.py\n")
         (tmp_path / "Snakefile").write_text(SNAKEFILE.format(names=names))
         return tmp_path
 

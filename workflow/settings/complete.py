@@ -1,7 +1,5 @@
 """Complete settings of each experiment, where the configuration has every value once; parts of settings."""
 
-import copy
-
 ON_THE_PLATE = ("dummy", "weight", "empty", "standing")
 
 
@@ -19,23 +17,24 @@ def plate_key(config: dict, experiment: str, key: str) -> str:
 
 
 def settings_of(config: dict) -> dict:
-    """The configuration, with the settings of the plate treadmill copied into its experiments.
+    """A configuration with the settings of the plate treadmill in its experiments; other values are shared.
 
     ``ingest`` of each gets ``resample_rate_hz``; that of the empty belt gets None for settings of markers.
     Each gets ``recording``, with what differs for it. All but the empty belt get ``belt``. ``analysis`` gets
     ``lowpass_order`` and ``lowpass_cutoff_hz``; that of the weight gets ``cutoffs_hz``, the shared one first.
     """
-    settings = copy.deepcopy(config)
+    settings = dict(config)
     no_markers = {"max_gap_s": None, "marker_sampling_hz": None}
     for experiment in ON_THE_PLATE:
-        section, plate = settings[experiment], plate_treadmill(config, experiment)
+        section, plate = dict(config[experiment]), plate_treadmill(config, experiment)
         rate = {"resample_rate_hz": plate["resample_rate_hz"]}
         section["ingest"] = no_markers | section["ingest"] | rate
         section["recording"] = plate["recording"]
+        settings[experiment] = section
         if experiment == "empty":
             continue
         section["belt"] = plate["belt"]
-        analysis = section["analysis"]
+        analysis = section["analysis"] = dict(section["analysis"])
         analysis["lowpass_order"] = plate["lowpass_order"]
         if experiment == "weight":
             analysis["cutoffs_hz"] = [plate["lowpass_cutoff_hz"], *analysis.pop("other_cutoffs_hz")]

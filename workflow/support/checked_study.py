@@ -3,6 +3,7 @@
 import os
 import re
 from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 
 from tepsipe.errors import InputError, listed
@@ -40,8 +41,9 @@ def merged_settings(configfiles: Iterable[str | Path]) -> dict:
 
 def checked_study(config: dict, configfiles: Iterable[str | Path], name: str = NAME) -> Study:
     """Check the configuration, read the trial sheet, and check the folders that the study writes to."""
-    own = [str(path) for path in configfiles if placeholders(read_settings(path))]
-    refuse_placeholders(config, " and ".join(own) or name)
+    if placeholders(config):
+        own = [str(path) for path in configfiles if placeholders(read_settings(path))]
+        refuse_placeholders(config, " and ".join(own) or name)
     check_config(config, name)
     check_paths(config, name)
     study = config["study"]
@@ -280,7 +282,7 @@ def with_its_file(error: InputError, config: dict, configfiles: Iterable[str | P
     text = str(error)
     if not text.startswith(f"{NAME}: "):
         return text
-    named = None
+    named, content_of = None, cache(read_settings)
     keys = re.findall(r"[a-z_]+(?:\.[\w-]+)+", text)
     for key in keys + re.findall(r"(?:unknown key|the key|for) '([^']+)'", text):
         while "." in key and _value(config, key) is ABSENT:  # a key that lacks is missed in its section
@@ -288,7 +290,7 @@ def with_its_file(error: InputError, config: dict, configfiles: Iterable[str | P
         wanted = _value(config, key)
         for path in reversed(list(configfiles)):
             # by their text: not a number is not equal to itself
-            if wanted is not ABSENT and repr(_value(read_settings(path), key)) == repr(wanted):
+            if wanted is not ABSENT and repr(_value(content_of(path), key)) == repr(wanted):
                 named = named or path
                 if str(path) != shipped():
                     return f"{path}{text.removeprefix(NAME)}"

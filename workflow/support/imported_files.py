@@ -17,6 +17,7 @@ from workflow.support.places import library_beside, place_of
 
 # beside Snakemake's records of the run: where these are lost, the files are new, and the results made again
 FOLDER = ".snakemake/tepsipe/library"
+PACKAGES = ("tepsipe/", "workflow/support/")  # that jobs import
 
 
 def listed_in(name: str, files: Iterable[str], root: str) -> str:
@@ -39,6 +40,14 @@ def listed_in(name: str, files: Iterable[str], root: str) -> str:
             f"({quoted(error)}): free space or change its permissions, then run again"
         ) from error
     return path.as_posix()
+
+
+def modules_in(lists: Iterable[str]) -> list[str]:
+    """Names of the modules in files of `listed_in`, without scripts."""
+    lines = (line for path in lists for line in Path(path).read_text(encoding="utf-8").splitlines())
+    files = {line.partition("  ")[2] for line in lines}
+    modules = (file for file in files if file.endswith(".py") and file.startswith(PACKAGES))
+    return sorted(file.removesuffix(".py").removesuffix("/__init__").replace("/", ".") for file in modules)
 
 
 def checksums(paths: Mapping[str, str | None]) -> dict[str, dict[str, str]]:

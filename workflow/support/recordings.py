@@ -1,7 +1,6 @@
 """Recordings of a study, read and compared with its settings as the jobs of a run do it."""
 
 import hashlib
-from dataclasses import replace
 from pathlib import Path
 
 from tepsipe.errors import InputError
@@ -37,7 +36,7 @@ def refused_recordings(study: Study, read: Read | None = None) -> list[str]:
                 continue
             trial = ingested(study, experiment, condition)
             if read is not None:
-                read.trials[experiment, condition] = replace(trial, axes={}, signals={})
+                read.add((experiment, condition), trial)
             if experiment in ("weight", "empty"):
                 of_plates[experiment, condition] = _plate_trial(study, experiment, condition, trial)
             elif experiment == "belt":

@@ -4,7 +4,7 @@ docs/guideline.md explains each item in the same words. Faults of recordings are
 Simulated trials are not looked at.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ QUIET_S = 60.0
 PAGE = "docs/guideline.md"
 ENOUGH_KG = 20.0  # of the lightest weight
 LONGEST_S = 0.3  # of a pulse
+MOST_BYTES = 500_000_000  # of signals that are kept
 
 
 @dataclass
@@ -29,9 +30,20 @@ class Read:
     plates: dict[tuple[str, str], BeltRecording] = field(default_factory=dict)
     """Trials of a weight or the empty belt -> their fore-aft load (N)."""
     trials: dict[tuple[str, str], Trial] = field(default_factory=dict)
-    """All trials but walks, with their attributes only."""
+    """All trials but walks, with their signals as long as these are few; all with their attributes."""
+    signals_bytes: int = 0
+    """Size of the signals."""
     quiet_s: dict[str | None, float] = field(default_factory=dict)
     """Participant -> unperturbed time in all trials of standing (s)."""
+
+    def add(self, name: tuple[str, str], trial: Trial) -> None:
+        """Add a trial, whose signals need not be read again if there is room for them."""
+        size = sum(signal.values.nbytes for signal in trial.signals.values())
+        if self.signals_bytes + size <= MOST_BYTES:
+            self.signals_bytes += size
+        else:
+            trial = replace(trial, axes={}, signals={})
+        self.trials[name] = trial
 
 
 def faults_of(read: Read) -> list[str]:

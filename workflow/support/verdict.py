@@ -13,10 +13,12 @@ from tepsipe.experiments.standing.muscle_torque import NONE
 from tepsipe.experiments.weight.calibrate import PlateCalibration, PlateTrial, calibrate_plate
 from tepsipe.io.estimates import FLAGS, Estimate
 from tepsipe.io.result import Result
+from tepsipe.io.trial import Trial
 from tepsipe.treadmill.options import FRAMES, Weight
 from workflow.support.people import BELTS
 from workflow.support.recordings import ingested
 from workflow.support.study import Study
+from workflow.support.to_record import Read
 
 QUOTABLE = "K will be quotable"
 MOST = 2  # trials that are named as left out
@@ -24,21 +26,28 @@ MOST = 2  # trials that are named as left out
 DECIDING = ("uncompensated", "other-calibration", "negative", "treadmill-model", "treadmill-not-converged")
 
 
-def verdicts(study: Study) -> list[str]:
+def verdicts(study: Study, read: Read) -> list[str]:
     """One sentence for every trial of the dummy and every person and task, see `sentence`.
 
     study: a study whose recordings can all be used.
+    read: from these recordings.
     """
-    return _of_dummies(study) + _of_people(study)
+    return _of_dummies(study, read) + _of_people(study, read)
 
 
-def _of_dummies(study: Study) -> list[str]:
+def _trial(study: Study, read: Read, experiment: str, condition: str) -> Trial:
+    """A trial as it has been read, or read again."""
+    kept = read.trials.get((experiment, condition))
+    return kept if kept is not None and kept.signals else ingested(study, experiment, condition)
+
+
+def _of_dummies(study: Study, read: Read) -> list[str]:
     fitted = {}
     for condition in study.recorded("dummy"):
         section = study.of_trial("dummy", condition)
         names = section["recommended"], section["quoted"]
         fitted[condition] = fit_dummy(
-            ingested(study, "dummy", condition),
+            _trial(study, read, "dummy", condition),
             section | {"pathways": {name: section["pathways"][name] for name in names}},
             condition,
             study.config["study"]["seed"],
@@ -54,7 +63,7 @@ def _of_dummies(study: Study) -> list[str]:
     return said
 
 
-def _of_people(study: Study) -> list[str]:
+def _of_people(study: Study, read: Read) -> list[str]:
     pools = [
         pool
         for pool in study.tasks.pools().values()
@@ -65,11 +74,11 @@ def _of_people(study: Study) -> list[str]:
     section = _recommended_only(study.settings["standing"])
     model = section["pathways"][section["recommended"]["pathway"]]["treadmill_model"]
     belts = {belt for pool in pools for c in pool.conditions for belt in _belts(study, c)}
-    plates = {} if model is None else {belt: _calibrated(study, belt, model) for belt in sorted(belts)}
+    plates = {} if model is None else {belt: _calibrated(study, read, belt, model) for belt in sorted(belts)}
     said = []
     for participant in dict.fromkeys(pool.participant for pool in pools):
         own = [pool for pool in pools if pool.participant == participant]
-        responses = {c: _responses(study, c, section, plates) for pool in own for c in pool.conditions}
+        responses = {c: _responses(study, read, c, section, plates) for pool in own for c in pool.conditions}
         for pool in own:
             fitted = fit_task.fit(
                 [responses[c] for c in pool.conditions],
@@ -102,13 +111,13 @@ def _belts(study: Study, condition: str) -> tuple[str, ...]:
     return BELTS if belt == "both" else (belt,)
 
 
-def _calibrated(study: Study, belt: str, model: str) -> PlateCalibration:
+def _calibrated(study: Study, read: Read, belt: str, model: str) -> PlateCalibration:
     """Models of a plate as the run fits them: one model by its name, and those that are judged together."""
     section, trials = study.settings["weight"], []
     for experiment, condition, role in study.treadmill.plate_trials(belt):
         weight = study.treadmill.weight_of(experiment, condition)
         known = None if weight is None else Weight(**weight)
-        trial = ingested(study, experiment, condition)
+        trial = _trial(study, read, experiment, condition)
         trials.append(PlateTrial(experiment, condition, role, known, trial))
     analysis, models = section["analysis"], section["models"]
     family = [name for name in models["family"] if name in (*FRAMES, model)]
@@ -123,12 +132,14 @@ def _calibrated(study: Study, belt: str, model: str) -> PlateCalibration:
     )
 
 
-def _responses(study: Study, condition: str, section: dict, plates: dict[str, PlateCalibration]) -> Result:
+def _responses(
+    study: Study, read: Read, condition: str, section: dict, plates: dict[str, PlateCalibration]
+) -> Result:
     """Responses of a trial, as its fit stores them."""
     known = [plates[belt] for belt in _belts(study, condition) if belt in plates]
     of_trial = study.of_trial("standing", condition)
     fitted = fit_standing(
-        ingested(study, "standing", condition),
+        _trial(study, read, "standing", condition),
         of_trial | {key: section[key] for key in ("pathways", "estimators", "as_printed")},
         condition,
         study.config["study"]["seed"],
