@@ -53,7 +53,7 @@ class CascadeRecord:
     slow: SlowModel
     """Spectrum of the slow torque against which the regression is weighted (Hz)."""
     made: dict = field(default_factory=dict, repr=False)
-    """What was computed for the latest choice, by its name."""
+    """What was computed: by its name for the latest choice, and small results for every structure."""
 
     @property
     def used(self) -> np.ndarray:
@@ -113,6 +113,13 @@ class CascadeRecord:
             self.made[f"rate of {signal}"] = derivative(time, getattr(self, signal))
         velocity = rectified(self.made[f"rate of {signal}"], direction, threshold)
         return self.lowpass(velocity * self.angle if name == "gain_slope" else velocity)
+
+    def once(self, name: str, structure: Structure, make: Callable[[], object]) -> object:
+        """What ``make`` returns for a structure and the present weights, made once: profiles ask again."""
+        choice = name, structure, self.slow
+        if choice not in self.made:
+            self.made[choice] = make()
+        return self.made[choice]
 
     def _latest(self, name: str, choice: object, make: Callable[[], np.ndarray]) -> np.ndarray:
         """What ``make`` returns for a choice, kept until the next: all choices would fill the memory."""

@@ -184,11 +184,15 @@ def choose_rows(
 
 def cross_validated(record: CascadeRecord, structure: Structure) -> Annotated[float, "%"]:
     """VAF (%) of the blocks of the fitted part, each predicted from the others with their offset."""
-    design = make_design(record, structure)
-    folds = fold_slices(record)
-    sums = block_sums(design.white, record.white_torque, folds)
-    solutions = solve_without_each(sums, structure.penalty * design.penalty, design.bounded)
-    return _vaf_of_folds(block_sums(design.columns, _about_mean(record), folds), solutions)
+
+    def vaf() -> float:
+        design = make_design(record, structure)
+        folds = fold_slices(record)
+        sums = block_sums(design.white, record.white_torque, folds)
+        solutions = solve_without_each(sums, structure.penalty * design.penalty, design.bounded)
+        return _vaf_of_folds(block_sums(design.columns, _about_mean(record), folds), solutions)
+
+    return record.once("VAF", structure, vaf)
 
 
 def _about_mean(record: CascadeRecord) -> np.ndarray:
@@ -359,11 +363,13 @@ def _fold_errors(
 
 def _errors(record: CascadeRecord, structure: Structure) -> tuple[Structure, np.ndarray]:
     """The structure with its best penalty, and the errors of the blocks."""
-    design = make_design(record, structure)
-    sums = block_sums(design.white, record.white_torque, fold_slices(record))
-    return _with_penalty(
-        record, structure, _fold_errors(sums, design, design.of(structure), record.options.penalties)
-    )
+
+    def errors() -> np.ndarray:
+        design = make_design(record, structure)
+        sums = block_sums(design.white, record.white_torque, fold_slices(record))
+        return _fold_errors(sums, design, design.of(structure), record.options.penalties)
+
+    return _with_penalty(record, structure, record.once("errors", replace(structure, penalty=0.0), errors))
 
 
 def _with_penalty(record, structure: Structure, errors: np.ndarray) -> tuple[Structure, np.ndarray]:
