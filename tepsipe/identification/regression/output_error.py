@@ -189,8 +189,7 @@ def match_angle(
                 "still: check the belt-fixed markers, and that the belt was perturbed"
             )
     used = accelerations["belt" if source == "belt" else "markers"]
-    other = accelerations["belt" if source == "instruments" else source]
-    task = _Task(motion, leg, accelerations["belt"], used, other, source == "instruments", perturbations)
+    task = _Task(motion, leg, accelerations["belt"], used, source == "instruments", perturbations)
     x, low, high = _start(motion, leg, at_rest)
 
     @lru_cache(maxsize=1)  # the search asks for the sensitivities where it has just asked for the angle
@@ -225,15 +224,14 @@ def match_angle(
 
 @dataclass(frozen=True)
 class _Task:
-    """Data of the fit: motion of the leg (rad), acceleration of belt, of the foot in use and of the other
-    (m/s²), whether the other is the instrument, and the perturbations (samples).
+    """Data of the fit: motion of the leg (rad), acceleration of the belt and of the foot in use (m/s²),
+    whether the belt is the instrument, and the perturbations (samples).
     """
 
     motion: SegmentMotion
     leg: Leg
     belt: np.ndarray
     used: np.ndarray
-    other: np.ndarray
     instruments: bool
     perturbations: list[Perturbation]
 
@@ -257,8 +255,10 @@ def _solve(task: _Task, x: np.ndarray, low, high, half_rad: float | None = None)
     perturbations = task.perturbations
     for count in range(30):
         angle, sensitivities = task.simulate(x, task.used, half_rad)
-        if not task.instruments or count < _RENEWED:
-            instruments = task.simulate(x, task.other, half_rad)[1]
+        if not task.instruments:
+            instruments = sensitivities
+        elif count < _RENEWED:
+            instruments = task.simulate(x, task.belt, half_rad)[1]
         scale = np.linalg.norm(instruments, axis=0)
         normal = (instruments / scale).T @ (sensitivities / scale)
         if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e10:
