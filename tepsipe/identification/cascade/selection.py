@@ -355,10 +355,9 @@ def _fold_errors(
 ) -> np.ndarray:
     """Error of every block, fitted to the others, for every penalty, shape (penalties, folds) (N²·m²)."""
     fold_sums = sums.of(columns)
-    penalty, bounded = design.penalty[np.ix_(columns, columns)], design.bounded[columns]
-    return np.array(
-        [fold_sums.errors(solve_without_each(fold_sums, lam * penalty, bounded)) for lam in penalties]
-    )
+    penalty = np.array(penalties)[:, None, None] * design.penalty[np.ix_(columns, columns)]
+    solutions = solve_without_each(fold_sums, penalty, design.bounded[columns])
+    return np.array([fold_sums.errors(each) for each in solutions])
 
 
 def _errors(record: CascadeRecord, structure: Structure) -> tuple[Structure, np.ndarray]:
