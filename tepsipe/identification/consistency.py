@@ -382,7 +382,7 @@ def delay_profile(
     spline = scipy.interpolate.CubicSpline(time, torque)
     slope = spline.derivative()
 
-    def late(delay_s: float) -> np.ndarray:
+    def late(instants: np.ndarray, delay_s: float | np.ndarray) -> np.ndarray:
         return np.clip(instants + delay_s, time[0], time[-1])
 
     steps = round(LONGEST_S / STEP_S)
@@ -390,14 +390,13 @@ def delay_profile(
     basis = np.linalg.qr(x[thin] / np.linalg.norm(x[thin], axis=0))[0]
     grid = STEP_S * np.arange(-steps, steps + 1)
 
-    def unexplained(delay_s: float) -> float:
-        y = spline(late(delay_s)[thin])
+    def unexplained(y: np.ndarray) -> float:
         return float(y @ y - np.sum((y @ basis) ** 2))
 
-    left = np.array([unexplained(d) for d in grid])
+    left = np.array([unexplained(y) for y in spline(late(instants[thin], grid[:, None]))])
     delay = float(grid[np.argmin(left)])
     for _ in range(6):
-        at = late(delay)
+        at = late(instants, delay)
         y, rate = spline(at), slope(at)
         rows = np.column_stack([x, -rate])
         pairs = list(zip(np.split(rows, ends), np.split(y, ends), strict=True))
@@ -416,8 +415,9 @@ def delay_profile(
     if known is None:
         return DelayProfile(reason=ADVICE)
     # what noise and derivatives leave uncertain of the sum of squares, per degree of freedom
-    least, power = unexplained(delay), float(np.sum(y[thin] ** 2))
-    residual = spline(np.clip(time + delay, time[0], time[-1])) - regressors @ known.mean(axis=0)
+    least = unexplained(spline(late(instants[thin], delay)))
+    power = float(np.sum(y[thin] ** 2))
+    residual = spline(late(time, delay)) - regressors @ known.mean(axis=0)
     noise = least / max(_freedom(residual[at_rest]) * inside.size / at_rest.sum(), 1.0)
     floor = (SPLINE_HZ * (time[1] - time[0])) ** 4 * power
     test = residual_test(residual, torque, windows, at_rest)

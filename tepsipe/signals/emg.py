@@ -8,6 +8,7 @@ Each filter is a fourth-order zero-lag Butterworth filter; orders are counted as
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
@@ -67,9 +68,23 @@ class ProcessedEmg:
     """The three stages of thesis section 3-2."""
 
     band_passed: np.ndarray
-    rectified: np.ndarray
-    envelope: np.ndarray
-    """b, r and e (uV). The 6 Hz envelope is smeared over more than 60 ms to either side."""
+    """b (uV)."""
+    rate_hz: float
+    options: EmgOptions
+    """Sampling rate, and how it was processed."""
+
+    @property
+    def rectified(self) -> np.ndarray:
+        """Magnitude r (uV)."""
+        return np.abs(self.band_passed)
+
+    @cached_property
+    def envelope(self) -> np.ndarray:
+        """Envelope e (uV), which the 6 Hz low-pass smears over more than 60 ms to either side."""
+        options = self.options
+        return butterworth_lowpass(
+            self.rectified, self.rate_hz, options.envelope_cutoff_hz, options.envelope_order
+        )
 
 
 def process_emg(raw: np.ndarray, rate_hz: float, options: EmgOptions) -> ProcessedEmg:
@@ -82,9 +97,7 @@ def process_emg(raw: np.ndarray, rate_hz: float, options: EmgOptions) -> Process
         for frequency in _harmonics(options.mains_hz, options.band_hz[1]):
             x = notch(x, rate_hz, frequency, options.notch_width_hz)
     band_passed = butterworth_bandpass(x, rate_hz, options.band_hz, options.band_order)
-    rectified = np.abs(band_passed)
-    envelope = butterworth_lowpass(rectified, rate_hz, options.envelope_cutoff_hz, options.envelope_order)
-    return ProcessedEmg(band_passed, rectified, envelope)
+    return ProcessedEmg(band_passed, rate_hz, options)
 
 
 def channel_fault(

@@ -22,6 +22,7 @@ energy operator; Staude (2001) for whitening and likelihood.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated, Literal
 
 import numpy as np
@@ -330,11 +331,9 @@ def _change_points(time: np.ndarray, y: np.ndarray, error: float, options: Onset
 
 def _ramp_starts(t: np.ndarray, y: np.ndarray, longest: int) -> np.ndarray:
     """Maximum-likelihood T of mu = 1 + c max(0, t - T) in each row of ``y``, T in the last samples."""
-    T_tried = np.arange(-longest, 0, dtype=float)
-    ramp = np.maximum(t - T_tried[:, None], 0.0)
-    mu = 1.0 + HEIGHTS[:, None, None] * ramp / -T_tried[:, None]
-    tried = np.log(mu).sum(axis=2).ravel() + y @ (1.0 / mu).reshape(-1, t.size).T
-    height, k = np.unravel_index(tried.argmin(axis=1), mu.shape[:2])
+    T_tried, logarithms, weights = _tried_ramps(t.size, longest)
+    tried = logarithms + y @ weights.T
+    height, k = np.unravel_index(tried.argmin(axis=1), (HEIGHTS.size, longest))
     T, c, least = T_tried[k], HEIGHTS[height] / -T_tried[k], tried.min(axis=1)
     size = np.ones_like(T)
     for _ in range(REFINEMENTS):  # Fisher's scoring, halved where it overshoots
@@ -354,6 +353,16 @@ def _ramp_starts(t: np.ndarray, y: np.ndarray, longest: int) -> np.ndarray:
         T, c, least = np.where(better, new_T, T), np.where(better, new_c, c), np.where(better, value, least)
         size = np.where(better, np.minimum(1.0, 2.0 * size), 0.5 * size)
     return T
+
+
+# every ensemble of a search tries the same
+@lru_cache(maxsize=8)
+def _tried_ramps(samples: int, longest: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """T, shape (longest,), and of all ramps sum of log mu, and 1 / mu, shape (heights * longest, samples)."""
+    T = np.arange(-longest, 0, dtype=float)
+    ramp = np.maximum(np.arange(1.0 - samples, 1.0) - T[:, None], 0.0)
+    mu = 1.0 + HEIGHTS[:, None, None] * ramp / -T[:, None]
+    return T, np.log(mu).sum(axis=2).ravel(), (1.0 / mu).reshape(-1, samples)
 
 
 def _moving_mean(time: np.ndarray, y: np.ndarray, window_s: float) -> np.ndarray:

@@ -52,6 +52,11 @@ def processed(trial, options=OPTIONS, pathways=PATHWAYS, models=None):
     return process_standing(trial, "standing/relax-pos-0.4", options, pathways, models or {})
 
 
+@cache
+def usual_standing(delay_s=0.0):
+    return processed(usual_trial(delay_s))
+
+
 def fault_of(trial, options=OPTIONS):
     return processed(trial, options, {}).fault
 
@@ -60,7 +65,7 @@ def fault_of(trial, options=OPTIONS):
 
 
 def test_angles_are_those_of_the_person():
-    standing = processed(usual_trial())
+    standing = usual_standing()
     angle = SMOOTH(sway(USUAL, standing.time)[0], RATE_HZ)
     assert np.ptp(angle) > 0.01
     for found in (standing.ankle, standing.shank, standing.thigh):
@@ -69,7 +74,7 @@ def test_angles_are_those_of_the_person():
 
 
 def test_derivatives_are_those_of_the_ankles_angle():
-    standing = processed(usual_trial())
+    standing = usual_standing()
     _, rate, acceleration = sway(USUAL, standing.time)
     assert standing.ankle_d == pytest.approx(SMOOTH(rate, RATE_HZ), abs=2e-3)
     # the acceleration jumps between samples, so that samples of it are not quite it
@@ -89,7 +94,7 @@ def test_joints_angles_are_positive_where_feet_and_thighs_tip_less_and_more():
 
 
 def test_centre_of_pressure_is_under_the_centre_of_mass_at_rest():
-    standing = processed(usual_trial())
+    standing = usual_standing()
     body, m_f = PERSON.body, PERSON.feet.mass_kg
     in_front = (m_f * FOOT_COM_M + body.mass_kg * body.com_m * np.sin(LEAN_RAD)) / MASS_KG
     assert standing.y_cop[:1000] == pytest.approx(np.full(1000, ANKLE_M + in_front), abs=1e-6)
@@ -99,7 +104,7 @@ def test_centre_of_pressure_is_under_the_centre_of_mass_at_rest():
 
 
 def test_both_free_bodies_give_the_ankles_torque():
-    standing = processed(usual_trial())
+    standing = usual_standing()
     torque = SMOOTH(true_torque(USUAL, standing.time), RATE_HZ)
     assert np.ptp(torque) > 30.0
     # products of filtered signals are not filtered products: a little is left during the pulses
@@ -150,7 +155,7 @@ def test_load_of_the_belt_is_taken_out_by_a_model_of_the_treadmill(rng):
 
 
 def test_onsets_are_found_to_a_fraction_of_a_sample():
-    standing = processed(usual_trial())
+    standing = usual_standing()
     error = standing.onsets_s - ONSETS_S
     assert np.abs(error).max() < 0.0005  # an eighth of a sample
     assert (standing.ends_s > np.array(ONSETS_S) + PULSE_S).all()
@@ -170,7 +175,7 @@ def test_onsets_of_other_pulses_are_found_as_well(pulse_s, peak_m_per_s, apart_s
 
 
 def test_nothing_near_a_perturbation_counts_as_unperturbed():
-    standing = processed(usual_trial())
+    standing = usual_standing()
     assert 0.2 < standing.unperturbed.mean() < 0.7
     for onset in ONSETS_S:
         near = (standing.time > onset - 0.5) & (standing.time < onset + PULSE_S + 2.0)
@@ -180,7 +185,7 @@ def test_nothing_near_a_perturbation_counts_as_unperturbed():
 @pytest.mark.slow
 @pytest.mark.parametrize("delay_s", [0.0, 0.0008, -0.0015])
 def test_delay_of_the_markers_is_found_and_taken_out(delay_s):
-    standing = processed(usual_trial(delay_s))
+    standing = usual_standing(delay_s)
     assert standing.delay_s == pytest.approx(delay_s, abs=5e-6)
     torque = SMOOTH(true_torque(USUAL, standing.time), RATE_HZ)
     assert standing.torque["ankle"] == pytest.approx(torque, abs=0.25)
@@ -432,7 +437,7 @@ def on_plate(origin_m=0.0, scale=1.0):
 @pytest.mark.parametrize(("origin_m", "scale"), [(0.05, 1.0), (-0.02, 1.1)])
 def test_plate_that_weights_have_shown_is_corrected_in_the_torque(origin_m, scale):
     check = PlateCheck(origin_m, 0.001, scale, 0.001, 1.0, 0.0)
-    sound, off = processed(usual_trial()), on_plate(origin_m, scale)
+    sound, off = usual_standing(), on_plate(origin_m, scale)
     found = process_standing(off, "standing/relax-pos-0.4", OPTIONS, PATHWAYS, {}, check)
     assert found.torque["ankle"] == pytest.approx(sound.torque["ankle"], abs=1e-6)
     assert found.plate_flags == ()
@@ -440,7 +445,7 @@ def test_plate_that_weights_have_shown_is_corrected_in_the_torque(origin_m, scal
 
 
 def test_centre_of_pressure_shows_a_plate_that_no_weight_has_shown():
-    assert processed(usual_trial()).plate_flags == ()
+    assert usual_standing().plate_flags == ()
     for origin_m in (-0.05, 0.05):
         assert processed(on_plate(origin_m)).plate_flags == ("plate-origin",)
     for origin_m in (-0.3, 0.3):

@@ -84,6 +84,12 @@ def exact():
     return analyse(trial_with())
 
 
+@pytest.fixture(scope="module")
+def stiff_and_soft():
+    """Two trials, one of a joint that is stiffer by 30 %."""
+    return [analyse(trial_with(JOINT * [1.0, 1.0, k], seed=5)) for k in (1.3, 1.0)]
+
+
 def rows_of(analysis, estimator):
     rows = wristalyzer_rows("0.16", analysis)[0]
     return {row.quantity: row for row in rows if row.estimator == estimator}
@@ -186,8 +192,8 @@ def test_trial_without_perturbation_or_motion_is_refused(still, rng):
 
 
 @pytest.mark.slow
-def test_cross_validation_predicts_every_trial_with_every_trials_parameters():
-    stiff, soft = (analyse(trial_with(JOINT * [1.0, 1.0, k], seed=5)) for k in (1.3, 1.0))
+def test_cross_validation_predicts_every_trial_with_every_trials_parameters(stiff_and_soft):
+    stiff, soft = stiff_and_soft
     results = {"stiff": wristalyzer_result(stiff), "soft": wristalyzer_result(soft)}
     matrix = cross_validate_wristalyzer(results)
     own = [rows_of(a, "spectral-fit")["VAF_trial"].value for a in (stiff, soft)]
@@ -197,8 +203,8 @@ def test_cross_validation_predicts_every_trial_with_every_trials_parameters():
     assert matrix[0, 1] == pytest.approx(crossed)
 
 
-def test_fits_within_other_bounds_are_scored_in_their_own_trial_and_in_the_others():
-    stiff, soft = (wristalyzer_result(analyse(trial_with(JOINT * [1.0, 1.0, k], seed=5))) for k in (1.3, 1.0))
+def test_fits_within_other_bounds_are_scored_in_their_own_trial_and_in_the_others(stiff_and_soft):
+    stiff, soft = map(wristalyzer_result, stiff_and_soft)
     good, falling = JOINT * [1.0, 1.0, 1.3], np.array([0.015, -0.5, 8.0])
     for result, tried in ((stiff, [good, falling]), (soft, [good])):
         result.arrays["other_bounds/parameters"] = np.array(tried)
@@ -246,13 +252,19 @@ def of_estimator(analysis, estimator):
     return analysis.fitted[estimator].parameters
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SOURCES)
-def test_contribution_of_a_source_is_what_the_whole_analysis_returns_with_it(name):
-    trial, u = trial_with(noise_rad=1e-4), SOURCES[name].standard_uncertainty
+@pytest.fixture(scope="module")
+def with_sources():
+    """A trial, its analysis with all sources, and the budget of every estimator."""
+    trial = trial_with(noise_rad=1e-4)
     analysis = analyse_wristalyzer(trial, QUICK, np.random.default_rng(1), SOURCES)
     budgets = {e: budget_of(analysis, e, SOURCES) for e in ("spectral-fit", "spectral-fit-periods")}
-    budgets["period-regression"] = budget_of_periods(trial, SOURCES)
+    return trial, analysis, budgets | {"period-regression": budget_of_periods(trial, SOURCES)}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SOURCES)
+def test_contribution_of_a_source_is_what_the_whole_analysis_returns_with_it(name, with_sources):
+    (trial, analysis, budgets), u = with_sources, SOURCES[name].standard_uncertainty
     key, nominal = ("delay_s", 0.0) if name == "torque_delay_s" else (name, 1.0)
     above, below = (analyse(shifted(trial, **{key: nominal + sign * u}), QUICK) for sign in (1.0, -1.0))
     for estimator, budget in budgets.items():

@@ -108,9 +108,13 @@ def known():
     return trial, analysed(trial)
 
 
-@cache
 def plain(gain=GAIN, delay=0.04):
     """A trial with little noise, its torque (Nm) without noise, and what is found, with intervals."""
+    return _plain(gain, delay)
+
+
+@cache  # keeps calls with and without names of arguments apart
+def _plain(gain, delay):
     trial, torque = joint_with_reflex(np.random.default_rng(20140612), gain=gain, delay=delay)
     return trial, torque, analysed(trial, options=OPTIONS)
 

@@ -174,27 +174,37 @@ class StandingPlan:
         """Largest speed of the belt (m/s)."""
         return float(np.abs(self.motion.pulse_velocity).max())
 
+    @cached_property
+    def _noise(self) -> tuple[np.ndarray, ...]:
+        """What is the same for any number of responses, in the window.
+
+        Moments of sway and noise, those of u with torque, angle and rate, and covariances of u, misfit and
+        reflex.
+        """
+        time, design, options = epoch_time(), self.design, self.design.options
+        inside = inside_window(time, WINDOW_S)
+        moments = noise_moments(design)[:, :, inside][..., inside]
+        combination = np.array([1.0, -design.stiffness_Nm_per_rad, -design.damping_Nms_per_rad])
+        with_residual = np.tensordot(combination, moments, 1)
+        of_residual = np.tensordot(combination, with_residual, 1)
+        size = options.discrepancy * np.abs(self.response[inside, 0]).max()
+        smooth = squared_exponential(time[inside], options.discrepancy_s) + 1e-6 * np.eye(inside.sum())
+        free = reflex_covariance(time, options.reflex_onset_s, design.cutoff_hz, ORDER)
+        free = free[np.ix_(inside, inside)]
+        free *= options.reflex_Nm**2 / (options.reflex_after_s**3 / 3.0)
+        speed = self.peak_m_per_s / options.reflex_speed_m_per_s
+        return moments, with_residual, of_residual, size**2 * smooth, speed**2 * free
+
     def type_a_with(self, number: int) -> np.ndarray:
         """Type A of I (NaN), B, K, shape (3,), after a number of responses."""
         return self._with(number)[0]
 
     def _with(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Type A, and the error if no model corrects the frame, of I (NaN), B, K after so many responses."""
-        time, design = epoch_time(), self.design
-        inside = inside_window(time, WINDOW_S)
-        response, options = self.response[inside], design.options
-        of_frame = self.of_frame[inside]
-        moments = noise_moments(design)[:, :, inside][..., inside]
-        combination = np.array([1.0, -design.stiffness_Nm_per_rad, -design.damping_Nms_per_rad])
-        with_residual = np.tensordot(combination, moments, 1)  # u with torque, angle and rate
-        of_residual = np.tensordot(combination, with_residual, 1)
-        size = options.discrepancy * np.abs(response[:, 0]).max()
-        smooth = squared_exponential(time[inside], options.discrepancy_s) + 1e-6 * np.eye(inside.sum())
-        free = reflex_covariance(time, options.reflex_onset_s, design.cutoff_hz, ORDER)
-        free = free[np.ix_(inside, inside)]
-        free *= options.reflex_Nm**2 / (options.reflex_after_s**3 / 3.0)
-        speed = self.peak_m_per_s / options.reflex_speed_m_per_s
-        covariance = of_residual / number + size**2 * smooth + speed**2 * free
+        inside = inside_window(epoch_time(), WINDOW_S)
+        response, of_frame = self.response[inside], self.of_frame[inside]
+        moments, with_residual, of_residual, misfit, reflex = self._noise
+        covariance = of_residual / number + misfit + reflex
         regressors = [2, 1]  # rate and angle
         x = response[:, regressors]
         # the shank turns about a point, so belt and angle have the same motion up to a factor

@@ -6,7 +6,9 @@ of the thigh minus the angle of the shank (extension positive). The trunk has no
 unknown. The torque is the sum of both ankles.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Annotated
 
 import numpy as np
@@ -159,6 +161,11 @@ def process_standing(
     ankle = poses["shank"] - poses["foot"]
     degree = degree_at(prepared.rate_hz)
     ankle_d = derivative(time, ankle, degree)
+
+    @cache  # several pathways ask for the same
+    def acceleration(key: str) -> np.ndarray:
+        return derivative(time, derivative(time, poses[key], degree), degree)
+
     balance = PlateBalance(
         loads["Mx"] / loads["Fz"] - poses["ankle_point"][:, 0], poses["shank"], poses["thigh"]
     )
@@ -185,7 +192,7 @@ def process_standing(
                 person,
                 _plate(pathway, loads, still, recordings, by_belt(models, options)),
                 poses,
-                time,
+                acceleration,
             )
             for key, pathway in pathways.items()
         },
@@ -310,14 +317,16 @@ def _plate(
 
 
 def _torque(
-    kind: str, person: Person, plate: PlateLoad, poses: dict[str, np.ndarray], time: np.ndarray
+    kind: str,
+    person: Person,
+    plate: PlateLoad,
+    poses: dict[str, np.ndarray],
+    acceleration: Callable[[str], np.ndarray],
 ) -> np.ndarray:
-    """Torque of both ankles from one free body (N·m), shape (n,)."""
+    """Torque of both ankles from one free body (N·m), shape (n,).
 
-    def acceleration(key: str) -> np.ndarray:
-        degree = degree_at((time.size - 1) / float(time[-1] - time[0]))
-        return derivative(time, derivative(time, poses[key], degree), degree)
-
+    acceleration: second derivative of a pose (rad/s², m/s²).
+    """
     feet = (person.feet, person.body.gravity_m_per_s2, plate, poses["ankle_point"], poses["foot_com"])
     if kind == "ankle":
         return standing_torque(*feet, acceleration("foot_com"), acceleration("foot"))

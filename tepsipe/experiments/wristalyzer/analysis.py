@@ -161,6 +161,9 @@ def analyse_wristalyzer(
     }
     band, tried = fitted_band(record.averaged, options), []
     for stiffness in options.tried_stiffness_Nm_per_rad:
+        if stiffness == bounds.start[2]:  # the estimators have begun there
+            tried.append((stiffness, fitted[AS_PRINTED].search, fitted[MODULUS].search))
+            continue
         start = Bounds(np.array([*bounds.start[:2], stiffness]), bounds.lower, bounds.upper)
         tried.append((stiffness, fit_scaled(band, start), fit_as_printed(band, start)))
     (low, high), points = options.profile_stiffness_Nm_per_rad, options.profile_points

@@ -77,11 +77,16 @@ class _Pathways:
     structure: Structure
     drive: dict[str, np.ndarray]
 
-    def responses(self, logarithms: np.ndarray) -> np.ndarray:
-        """Output of a muscle for every drive, shape (n, pathways), by the logarithms of its constants."""
+    def responses(self, logarithms: np.ndarray, fitted: bool = False) -> np.ndarray:
+        """Output of a muscle for every drive, shape (n, pathways), by the logarithms of its constants.
+
+        fitted: only of the fitted part.
+        """
+        part = self.record.fitted if fitted else self.record.kept
         constants = np.exp(logarithms)
-        through = [muscle_response(x, self.record.rate_hz, *constants) for x in self.drive.values()]
-        return np.column_stack(through)[self.record.kept]
+        drives = [x[: part.stop] for x in self.drive.values()]
+        through = [muscle_response(x, self.record.rate_hz, *constants) for x in drives]
+        return np.column_stack(through)[part]
 
     def design(self, responses: np.ndarray) -> Design:
         """Regressors of the structure with these responses of the reflex."""
@@ -101,7 +106,7 @@ def _best_muscle(pathways: _Pathways) -> np.ndarray:
     bounded = np.concatenate([rest.bounded, np.zeros(count, dtype=bool)])
 
     def error(logarithms: np.ndarray) -> float:
-        through = record.whiten(pathways.responses(logarithms))[training]
+        through = record.whiten(pathways.responses(logarithms, fitted=True))
         cross = x.T @ through
         among = through.T @ through
         ridge = 1e-9 * np.trace(among) * np.eye(count)

@@ -132,19 +132,22 @@ def require_determined(
 
 
 def solve_without_each(
-    sums: BlockSums, penalty: Annotated[np.ndarray, "(p, p)"], bounded: Annotated[np.ndarray, "(p,)"]
-) -> Annotated[np.ndarray, "(blocks, p)"]:
-    """Solutions from all blocks but one, shape (blocks, p).
+    sums: BlockSums, penalty: Annotated[np.ndarray, "(..., p, p)"], bounded: Annotated[np.ndarray, "(p,)"]
+) -> Annotated[np.ndarray, "(..., blocks, p)"]:
+    """Solutions from all blocks but one, shape (blocks, p), for every penalty.
 
     sums: normal equations of the blocks.
-    penalty: penalty per sample.
+    penalty: penalty per sample; several, which are solved together, along leading axes.
     bounded: whether a coefficient must not be negative.
     Returns: coefficients, row by row without this block (unit of y).
     """
     others = sums.normal.sum(axis=0) - sums.normal
     right = sums.right.sum(axis=0) - sums.right
     weight = sums.size.sum() - sums.size
-    return solve_bounded(others + weight[:, None, None] * penalty, right, bounded)
+    normal = others + weight[:, None, None] * penalty[..., None, :, :]
+    right = np.broadcast_to(right, normal.shape[:-1])
+    flat = solve_bounded(normal.reshape(-1, *normal.shape[-2:]), right.reshape(-1, right.shape[-1]), bounded)
+    return flat.reshape(right.shape)
 
 
 def solve_drawn(

@@ -5,6 +5,7 @@ series with a slider: its force follows the angle, but its deflection does not e
 element (Maxwell) is a spring in series with a damper: its deflection decays.
 """
 
+from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
@@ -27,7 +28,12 @@ def stop_deflection(angle: Annotated[np.ndarray, "(n,)", "rad"], radius: float) 
     """
     deflection, deflections = 0.0, []
     for step in np.diff(angle, prepend=angle[:1]).tolist():
-        deflection = min(radius, max(-radius, deflection + step))
+        deflection += step
+        # several times as fast as min and max
+        if deflection > radius:
+            deflection = radius
+        elif deflection < -radius:
+            deflection = -radius
         deflections.append(deflection)
     return np.array(deflections)
 
@@ -71,6 +77,8 @@ def lagged(x: np.ndarray, lags: np.ndarray, rows: slice) -> np.ndarray:
     return x[np.clip(at, 0, x.size - 1)]
 
 
+# every pathway of every design asks for them
+@lru_cache(maxsize=16)
 def knot_responses(
     length_s: float, knot_s: float, rate_hz: float
 ) -> Annotated[np.ndarray, "(samples, knots)"]:
@@ -86,6 +94,7 @@ def knot_responses(
     )
 
 
+@lru_cache(maxsize=16)
 def laguerre_responses(
     length_s: float, pole_per_s: float, order: int, rate_hz: float
 ) -> Annotated[np.ndarray, "(samples, order)"]:

@@ -53,7 +53,7 @@ class CascadeRecord:
     slow: SlowModel
     """Spectrum of the slow torque against which the regression is weighted (Hz)."""
     made: dict = field(default_factory=dict, repr=False)
-    """What was computed for the latest choice, by its name."""
+    """What was computed: by its name for the latest choice, and small results for every structure."""
 
     @property
     def used(self) -> np.ndarray:
@@ -114,6 +114,13 @@ class CascadeRecord:
         velocity = rectified(self.made[f"rate of {signal}"], direction, threshold)
         return self.lowpass(velocity * self.angle if name == "gain_slope" else velocity)
 
+    def once(self, name: str, structure: Structure, make: Callable[[], object]) -> object:
+        """What ``make`` returns for a structure and the present weights, made once: profiles ask again."""
+        choice = name, structure, self.slow
+        if choice not in self.made:
+            self.made[choice] = make()
+        return self.made[choice]
+
     def _latest(self, name: str, choice: object, make: Callable[[], np.ndarray]) -> np.ndarray:
         """What ``make`` returns for a choice, kept until the next: all choices would fill the memory."""
         if name not in self.made or self.made[name][0] != choice:
@@ -126,9 +133,9 @@ class CascadeRecord:
         stop, white, state = self.fitted.stop, None, None
         for part in row_spans(slice(0, self.angle.size)):
             if part.start < stop:
-                x, state = self.slow.whiten_part(self._compute(name, structure, part), self.rate_hz, state)
+                x = self._compute(name, structure, part)[: stop - part.start]
                 white = np.empty((stop, x.shape[1])) if white is None else white
-                white[part] = x[: stop - part.start]
+                white[part], state = self.slow.whiten_part(x, self.rate_hz, state)
         return white
 
     def _compute(self, name: str, structure: Structure, rows: slice) -> np.ndarray:
@@ -141,7 +148,8 @@ class CascadeRecord:
         if name not in REFLEX_GROUPS:
             return self._latest(name, None, lambda: self._elements(name))[rows]
         responses = kernel_responses(structure.pole_per_s, self.options, self.rate_hz)
-        u = self._latest(name, _choice(name, structure), lambda: self.reflex_input(name, structure))
+        # all poles share the input
+        u = self._latest(name, _choice(name, structure)[:-1], lambda: self.reflex_input(name, structure))
         first = max(0, rows.start - len(responses) + 1)
         through = scipy.signal.oaconvolve(u[first : rows.stop, None], responses, axes=0)
         return through[rows.start - first : rows.stop - first] / self.rate_hz

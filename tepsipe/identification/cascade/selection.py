@@ -184,11 +184,15 @@ def choose_rows(
 
 def cross_validated(record: CascadeRecord, structure: Structure) -> Annotated[float, "%"]:
     """VAF (%) of the blocks of the fitted part, each predicted from the others with their offset."""
-    design = make_design(record, structure)
-    folds = fold_slices(record)
-    sums = block_sums(design.white, record.white_torque, folds)
-    solutions = solve_without_each(sums, structure.penalty * design.penalty, design.bounded)
-    return _vaf_of_folds(block_sums(design.columns, _about_mean(record), folds), solutions)
+
+    def vaf() -> float:
+        design = make_design(record, structure)
+        folds = fold_slices(record)
+        sums = block_sums(design.white, record.white_torque, folds)
+        solutions = solve_without_each(sums, structure.penalty * design.penalty, design.bounded)
+        return _vaf_of_folds(block_sums(design.columns, _about_mean(record), folds), solutions)
+
+    return record.once("VAF", structure, vaf)
 
 
 def _about_mean(record: CascadeRecord) -> np.ndarray:
@@ -351,19 +355,20 @@ def _fold_errors(
 ) -> np.ndarray:
     """Error of every block, fitted to the others, for every penalty, shape (penalties, folds) (N²·m²)."""
     fold_sums = sums.of(columns)
-    penalty, bounded = design.penalty[np.ix_(columns, columns)], design.bounded[columns]
-    return np.array(
-        [fold_sums.errors(solve_without_each(fold_sums, lam * penalty, bounded)) for lam in penalties]
-    )
+    penalty = np.array(penalties)[:, None, None] * design.penalty[np.ix_(columns, columns)]
+    solutions = solve_without_each(fold_sums, penalty, design.bounded[columns])
+    return np.array([fold_sums.errors(each) for each in solutions])
 
 
 def _errors(record: CascadeRecord, structure: Structure) -> tuple[Structure, np.ndarray]:
     """The structure with its best penalty, and the errors of the blocks."""
-    design = make_design(record, structure)
-    sums = block_sums(design.white, record.white_torque, fold_slices(record))
-    return _with_penalty(
-        record, structure, _fold_errors(sums, design, design.of(structure), record.options.penalties)
-    )
+
+    def errors() -> np.ndarray:
+        design = make_design(record, structure)
+        sums = block_sums(design.white, record.white_torque, fold_slices(record))
+        return _fold_errors(sums, design, design.of(structure), record.options.penalties)
+
+    return _with_penalty(record, structure, record.once("errors", replace(structure, penalty=0.0), errors))
 
 
 def _with_penalty(record, structure: Structure, errors: np.ndarray) -> tuple[Structure, np.ndarray]:

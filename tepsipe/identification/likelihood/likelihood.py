@@ -67,6 +67,7 @@ lag of the log after the markers (s); gain of the log.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -79,7 +80,10 @@ from tepsipe.mechanics.inverse_dynamics import Leg
 
 # parameters of a linear joint, and those that softening adds
 LINEAR = ("J", "B", "K", "delay", "lag", "gain", "jump", "drift", "c_1", "c_2")
-SOFTENING = ("C", "B_s", "b_0", "log_phi_h")
+FORCES = ("C", "B_s")
+SOFTENING = (*FORCES, "b_0", "log_phi_h")
+# parameters of the motion of angle and log per motion of the foot
+OF_RESPONSE = ("J", "B", "K", "delay", "lag", "gain")
 
 
 @dataclass(frozen=True)
@@ -179,20 +183,27 @@ class Spectra:
     """Their derivatives with respect to the fitted parameters."""
 
 
-class _Parts(NamedTuple):
-    """What the model and its derivatives share at one point, in the symbols of the module's head."""
+class _Linear(NamedTuple):
+    """What the model and its derivatives share at one point for any motion, in the symbols of the head."""
 
     elastic: float
     inverse: np.ndarray
+    gain: np.ndarray
     late: np.ndarray
     later: np.ndarray
     swings: np.ndarray
     free: np.ndarray
     free_d: np.ndarray
+    response: np.ndarray
+    """As in `Spectra`."""
+
+
+class _Parts(NamedTuple):
+    """The same for one motion."""
+
     forces: dict[str, np.ndarray]
     """Spectra of `softening_forces`; none of a linear joint."""
     forced: np.ndarray
-    response: np.ndarray
     independent: np.ndarray
     """As in `Spectra`."""
 
@@ -207,6 +218,7 @@ class LegModel:
         self.coupling = leg.mass_kg * leg.com_m * np.cos(channels.theta_0_rad)
         self.weight = leg.mass_kg * leg.com_m * leg.gravity_m_per_s2
         self.leg_inertia = leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
+        self._last_linear: tuple[Point, _Linear] | None = None
 
     def bending_at_rest(self, stiffness: float) -> float:
         """b_0 (rad) of a joint of K (N·m/rad)."""
@@ -259,47 +271,58 @@ class LegModel:
 
     def _parts(self, point: Point) -> _Parts:
         if self._last is None or self._last[0] is not point:
-            self._last = point, self._parts_at(point.values)
+            self._last = point, self._parts_at(point)
         return self._last[1]
 
-    def _parts_at(self, v: dict[str, float]) -> _Parts:
+    def _parts_at(self, point: Point) -> _Parts:
+        v, linear, force, forces = point.values, self._linear(point), self._force, {}
+        if "log_phi_h" in v:
+            forces = self._softening(v, softening_forces)
+            force = force + v["C"] * forces["C"] + v["B_s"] * forces["B_s"]
+        forced = force * linear.inverse
+        one, none = np.ones_like(self.s), np.zeros_like(self.s)
+        angle = linear.late * (forced + linear.free)
+        independent = np.array([none, angle, v["jump"] * one + v["drift"] * self._drift])
+        return _Parts(forces, forced, independent)
+
+    def _linear(self, point: Point) -> _Linear:
+        if self._last_linear is None or self._last_linear[0] is not point:
+            self._last_linear = point, self._linear_at(point.values)
+        return self._last_linear[1]
+
+    def _linear_at(self, v: dict[str, float]) -> _Linear:
         s = self.s
         elastic = v["K"] - self.weight * np.cos(self.channels.theta_0_rad)
         inverse = 1.0 / (v["J"] * s**2 + v["B"] * s + elastic)
         late, later = np.exp(-s * v["delay"]), np.exp(-s * v["lag"])
         swings, rates = self.free_swings(v)
         free, free_d = v["c_1"] * swings[0] + v["c_2"] * swings[1], v["c_1"] * rates[0] + v["c_2"] * rates[1]
-        force, forces = self._force, {}
-        if "log_phi_h" in v:
-            forces = self._softening(v, softening_forces)
-            force = force + v["C"] * forces["C"] + v["B_s"] * forces["B_s"]
-        gain, forced = -self.coupling * s**2 * inverse, force * inverse
-        one, none = np.ones_like(s), np.zeros_like(s)
-        response = np.array([one, late * gain, v["gain"] * later * s])
-        independent = np.array([none, late * (forced + free), v["jump"] * one + v["drift"] * self._drift])
-        return _Parts(
-            elastic, inverse, late, later, swings, free, free_d, forces, forced, response, independent
-        )
+        gain = -self.coupling * s**2 * inverse
+        response = np.array([np.ones_like(s), late * gain, v["gain"] * later * s])
+        return _Linear(elastic, inverse, gain, late, later, swings, free, free_d, response)
 
     def predicted(self, point: Point) -> tuple[np.ndarray, np.ndarray]:
         """Response and independent part at a point, as in `Spectra`, without derivatives."""
-        parts = self._parts(point)
-        return parts.response, parts.independent
+        return self._linear(point).response, self._parts(point).independent
 
-    def spectra(self, point: Point) -> Spectra:
-        """Model and derivatives at a point (units in `Spectra`)."""
-        v, s, names, parts = point.values, self.s, point.names, self._parts(point)
-        inverse, forced, free, forces = parts.inverse, parts.forced, parts.free, parts.forces
-        free_dd = -(v["B"] * parts.free_d + parts.elastic * free) / v["J"]
-        gain, none = -self.coupling * s**2 * inverse, np.zeros_like(s)
+    def spectra(self, point: Point, names: tuple[str, ...] | None = None) -> Spectra:
+        """Model and derivatives at a point (units in `Spectra`).
+
+        names: parameters by which it is derived; all that are fitted if left out.
+        """
+        names = names or point.names
+        v, s, linear, parts = point.values, self.s, self._linear(point), self._parts(point)
+        inverse, gain, free, late = linear.inverse, linear.gain, linear.free, linear.late
+        forced, forces, none = parts.forced, parts.forces, np.zeros_like(s)
+        free_dd = -(v["B"] * linear.free_d + linear.elastic * free) / v["J"]
         # derivatives of both parts; the angle's derivatives by J, B, K are -phi'', -phi', -phi over D
         of_angle = {
             "J": (-(s**2) * inverse * gain, -inverse * (s**2 * forced + free_dd)),
-            "B": (-s * inverse * gain, -inverse * (s * forced + parts.free_d)),
+            "B": (-s * inverse * gain, -inverse * (s * forced + linear.free_d)),
             "K": (-inverse * gain, -inverse * (forced + free)),
             "delay": (-s * gain, -s * (forced + free)),
-            "c_1": (none, parts.swings[0]),
-            "c_2": (none, parts.swings[1]),
+            "c_1": (none, linear.swings[0]),
+            "c_2": (none, linear.swings[1]),
         }
         if forces:
             of_angle |= {name: (none, forces[name] * inverse) for name in ("C", "B_s")}
@@ -309,8 +332,8 @@ class LegModel:
             rest_slope = v["C"] * by["C_rest"] + v["B_s"] * by["B_s_rest"]
             of_angle |= {"log_phi_h": (none, half_slope * inverse), "b_0": (none, rest_slope * inverse)}
         of_log = {
-            "lag": (-s * parts.response[2], none),
-            "gain": (parts.later * s, none),
+            "lag": (-s * linear.response[2], none),
+            "gain": (linear.later * s, none),
             "jump": (none, np.ones_like(s)),
             "drift": (none, self._drift),
         }
@@ -318,10 +341,10 @@ class LegModel:
         for k, name in enumerate(names):
             for part in (0, 1):
                 if name in of_angle:
-                    slopes[part, k, 1] = parts.late * of_angle[name][part]
+                    slopes[part, k, 1] = late * of_angle[name][part]
                 else:
                     slopes[part, k, 2] = of_log[name][part]
-        return Spectra(parts.response, parts.independent, *slopes)
+        return Spectra(linear.response, parts.independent, *slopes)
 
 
 # decrease of the deviance above which phi_h and b_0 are fitted
@@ -362,12 +385,12 @@ class Residuals(Eliminated):
     by_noise: Annotated[np.ndarray, "(p, c, m)"]
     """P W dh / |W h|, contribution of noise in Y to u (1 over the units of the parameters)."""
 
-    @property
+    @cached_property
     def information(self) -> np.ndarray:
         """F_0 with the priors, shape (p, p) (1 over the units of the parameters, squared)."""
         return _products(self.columns) + np.diag(self.point.prior_information)
 
-    @property
+    @cached_property
     def excess(self) -> np.ndarray:
         """Part of F_0 that is due to noise in Y, shape (p, p) (units as F_0)."""
         return _products(self.by_noise)
@@ -478,9 +501,21 @@ class _Likelihood:
         """Residuals at a point, with derivatives."""
         predicted, c = self.model.spectra(point), len(self.measured)
         w, size, own = self._eliminated(point, predicted.response, predicted.independent)
-        of_response = _project(w @ predicted.response_slopes[:, :c], own.direction)
-        columns = of_response * own.foot + _project(w @ predicted.independent_slopes[:, :c], own.direction)
-        return Residuals(**vars(own), columns=columns, by_noise=of_response / np.sqrt(size))
+        columns = _project(w @ predicted.independent_slopes[:, :c], own.direction)
+        by_noise = np.zeros_like(columns)
+        acts = [name in OF_RESPONSE for name in point.names]
+        of_response = _project(w @ predicted.response_slopes[acts, :c], own.direction)
+        columns[acts] += of_response * own.foot
+        by_noise[acts] = of_response / np.sqrt(size)
+        return Residuals(**vars(own), columns=columns, by_noise=by_noise)
+
+    def with_forces(self, linear: Residuals, point: Point) -> Residuals:
+        """Residuals at a point that differs in phi_h only, where C and B_s, the last parameters, are 0."""
+        c, w = len(self.measured), self.whitening()
+        slopes = self.model.spectra(point, FORCES).independent_slopes[:, :c]
+        columns = linear.columns.copy()
+        columns[-len(FORCES) :] = _project(w @ slopes, linear.direction)
+        return replace(linear, point=point, columns=columns)
 
     def eliminated(self, point: Point) -> Eliminated:
         """Residuals at a point, without derivatives."""
@@ -687,10 +722,10 @@ def _step_by(current: Residuals, gradient: np.ndarray, normal: np.ndarray | None
 def _fit_softening(likelihood: _Likelihood, linear: LikelihoodFit) -> LikelihoodFit:
     """Fit of a joint that softens, from one step for the best of several phi_h."""
     largest = float(np.percentile(np.abs(likelihood.model.motion.phi), 99.9))
-    tried = []
+    tried, current = [], None
     for share in _HALVES:
         point = _with_softening(likelihood, linear, share * largest)
-        current = likelihood.residuals(point)
+        current = likelihood.with_forces(current, point) if current else likelihood.residuals(point)
         step = _step_and_errors(current)[0]
         decrease = float(current.gradient @ step) - (np.log(share) / _HALF_ERROR) ** 2
         tried.append((decrease, point, point.moved(step)))
@@ -717,7 +752,7 @@ def _with_softening(likelihood: _Likelihood, linear: LikelihoodFit, half: float)
     """The linear joint with C and B_s of 0 for phi_h (rad)."""
     rest = likelihood.model.bending_at_rest(linear.value("K"))
     added = {"C": 0.0, "B_s": 0.0, "log_phi_h": float(np.log(half)), "b_0": rest}
-    return Point((*linear.point.names, "C", "B_s"), linear.point.values | added)
+    return Point((*linear.point.names, *FORCES), linear.point.values | added)
 
 
 # ---- without another fit ------------------------------------------------------------------------

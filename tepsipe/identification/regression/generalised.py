@@ -138,21 +138,24 @@ def _of_noise(record: Record, weight: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def sensitivity(
     fit: GeneralisedFit,
     records: list[Record],
-    target_slopes: list[np.ndarray],
-    regressor_slopes: list[np.ndarray] | None = None,
+    target_slopes: list[np.ndarray | None],
+    regressor_slopes: list[np.ndarray | None] | None = None,
 ) -> Annotated[np.ndarray, "(..., p)"]:
     """Change of the parameters with the data, to first order, with the weights kept.
 
         db = N^-1 sum_j [ X_j' H_j (dy_j - dX_j b) + dX_j' H_j (y_j - X_j b) ]
 
     fit: fit of ``records``.
-    target_slopes: dy of every record (unit of the target, per unit of what changes); leading axes: changes.
-    regressor_slopes: dX of every record; 0 if left out.
+    target_slopes: dy of every record (unit of the target, per unit of what changes), None for a record that
+    does not change; leading axes: changes.
+    regressor_slopes: dX of every record that changes; 0 if left out.
     Returns: db (units of the parameters, per unit of what changes).
     """
     total: np.ndarray | float = 0.0
     for k, (record, weight) in enumerate(zip(records, fit.weights, strict=True)):
         dy = target_slopes[k]
+        if dy is None:
+            continue
         if regressor_slopes is not None:
             dx = regressor_slopes[k]
             residual = record.target - record.regressors @ fit.parameters

@@ -117,30 +117,43 @@ def simulate_leg(
         sensitivities: derivatives of it with respect to ``x`` (rad over the units of ``x``). Shape (n, 5).
     """
     p = leg.mass_kg * leg.com_m
-    critical_stiffness = p * leg.gravity_m_per_s2
-    inertia, damping, stiffness, rest, delay = x[:5]
-    rate = (time.size - 1) / (time[-1] - time[0])
-    motion = np.array([inertia, damping, stiffness - critical_stiffness])
+    rest, delay = x[3:5]
+    motion, rate = _motion(x, leg), _rate_hz(time)
     beyond = np.sin(theta) - np.sin(rest) - (theta - rest)
-    forces = _softening_forces(time, theta - rest, half_rad) if x.size > 5 else []
-    push = critical_stiffness * beyond - p * y_dd * np.cos(theta)
+    forces = []
+    if x.size > 5:
+        forces = _softening_forces(theta - rest, derivative(time, theta - rest), half_rad)
+    push = p * leg.gravity_m_per_s2 * beyond - p * y_dd * np.cos(theta)
     phi = simulate_angle(motion, push + sum(c * f for c, f in zip(x[5:], forces, strict=True)), rate)
     phi_d = derivative(time, phi)
     phi_dd = derivative(time, phi_d)
     # the same equation, differentiated with respect to J, B, K, C and B_s
     forces = [-phi_dd, -phi_d, -phi, *forces]
     responses = [phi, phi_d, *(simulate_angle(motion, force, rate) for force in forces)]
-    late = scipy.interpolate.CubicSpline(time, np.column_stack(responses))(
-        np.clip(time - delay, time[0], time[-1])
-    )
+    late = _delayed(time, responses, delay)
     sensitivities = np.column_stack([late[:, 2:5], np.ones(time.size), -late[:, 1], late[:, 5:]])
     return rest + late[:, 0], sensitivities
 
 
-def _softening_forces(time: np.ndarray, phi: np.ndarray, half_rad: float) -> list[np.ndarray]:
+def _motion(x: np.ndarray, leg: Leg) -> np.ndarray:
+    """J, B and K - k_g of the equation of motion, shape (3,)."""
+    return np.array([x[0], x[1], x[2] - leg.mass_kg * leg.com_m * leg.gravity_m_per_s2])
+
+
+def _rate_hz(time: np.ndarray) -> float:
+    return (time.size - 1) / (time[-1] - time[0])
+
+
+def _delayed(time: np.ndarray, responses: list[np.ndarray], delay: float) -> np.ndarray:
+    """Signals of evenly spaced instants a delay (s) later, one per column; ends are held."""
+    at = np.clip(time - delay, time[0], time[-1])
+    return scipy.interpolate.CubicSpline(time, np.column_stack(responses))(at)
+
+
+def _softening_forces(phi: np.ndarray, phi_d: np.ndarray, half_rad: float) -> list[np.ndarray]:
     """Terms that C and B_s add to u, per unit: q phi (rad) and -q phi' (rad/s)."""
     share = phi**2 / (phi**2 + half_rad**2)
-    return [share * phi, -share * derivative(time, phi)]
+    return [share * phi, -share * phi_d]
 
 
 def match_angle(
@@ -176,8 +189,7 @@ def match_angle(
                 "still: check the belt-fixed markers, and that the belt was perturbed"
             )
     used = accelerations["belt" if source == "belt" else "markers"]
-    other = accelerations["belt" if source == "instruments" else source]
-    task = _Task(motion, leg, accelerations["belt"], used, other, source == "instruments", perturbations)
+    task = _Task(motion, leg, accelerations["belt"], used, source == "instruments", perturbations)
     x, low, high = _start(motion, leg, at_rest)
 
     @lru_cache(maxsize=1)  # the search asks for the sensitivities where it has just asked for the angle
@@ -212,15 +224,14 @@ def match_angle(
 
 @dataclass(frozen=True)
 class _Task:
-    """Data of the fit: motion of the leg (rad), acceleration of belt, of the foot in use and of the other
-    (m/s²), whether the other is the instrument, and the perturbations (samples).
+    """Data of the fit: motion of the leg (rad), acceleration of the belt and of the foot in use (m/s²),
+    whether the belt is the instrument, and the perturbations (samples).
     """
 
     motion: SegmentMotion
     leg: Leg
     belt: np.ndarray
     used: np.ndarray
-    other: np.ndarray
     instruments: bool
     perturbations: list[Perturbation]
 
@@ -244,8 +255,10 @@ def _solve(task: _Task, x: np.ndarray, low, high, half_rad: float | None = None)
     perturbations = task.perturbations
     for count in range(30):
         angle, sensitivities = task.simulate(x, task.used, half_rad)
-        if not task.instruments or count < _RENEWED:
-            instruments = task.simulate(x, task.other, half_rad)[1]
+        if not task.instruments:
+            instruments = sensitivities
+        elif count < _RENEWED:
+            instruments = task.simulate(x, task.belt, half_rad)[1]
         scale = np.linalg.norm(instruments, axis=0)
         normal = (instruments / scale).T @ (sensitivities / scale)
         if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e10:
@@ -271,11 +284,12 @@ def _softening_solution(task: _Task, x: np.ndarray, low, high) -> _Solution | No
     largest = float(np.abs(task.motion.theta - x[3]).max())
     angle, linear = task.simulate(x, task.belt, None)
     error, best = task.motion.theta - angle, None
+    time, phi = task.motion.time, task.motion.theta - x[3]
+    phi_d, motion, rate = derivative(time, phi), _motion(x, task.leg), _rate_hz(time)
     for half in (share * largest for share in _HALVES):
         # one Gauss-Newton step shows which phi_h leaves the smallest error
-        columns = np.column_stack(
-            [linear, task.simulate(np.append(x, [0.0, 0.0]), task.belt, half)[1][:, 5:]]
-        )
+        softer = [simulate_angle(motion, force, rate) for force in _softening_forces(phi, phi_d, half)]
+        columns = np.column_stack([linear, _delayed(time, softer, x[4])])
         scale = np.linalg.norm(columns, axis=0)
         step, *_ = np.linalg.lstsq(columns / scale, error, rcond=None)
         cost = float(np.sum((error - columns @ (step / scale)) ** 2))

@@ -149,11 +149,14 @@ def _of_responses(
     changes = []
     for k, trial in enumerate(trials):
         around = (trial.perturbed[:, inside] - trial.perturbed[:, inside].mean(axis=0)) / trial.count
-        regressors = [np.zeros((trial.count, *record.regressors.shape)) for record in records]
-        target = [x[..., 0] for x in regressors]
-        regressors[k], target[k] = around[..., REGRESSORS], around[..., TORQUE]
+        target, regressors = (_alone(x, k, trials) for x in (around[..., TORQUE], around[..., REGRESSORS]))
         changes.append(sensitivity(fit, records, target, regressors))
     return np.concatenate(changes)
+
+
+def _alone(change: np.ndarray, k: int, trials: list) -> list[np.ndarray | None]:
+    """Changes of every trial, of which only trial ``k`` changes."""
+    return [change if j == k else None for j in range(len(trials))]
 
 
 def _of_signals(
@@ -196,8 +199,7 @@ def _of_misfit(
     effect = sensitivity(fit, records, [torque[0] for torque in shown])
     noise = 0.0
     for k, torque in enumerate(shown):
-        own = [torque[1:] if j == k else np.zeros_like(torque[1:]) for j in range(len(shown))]
-        noise = noise + (sensitivity(fit, records, own) ** 2).sum(axis=0)
+        noise = noise + (sensitivity(fit, records, _alone(torque[1:], k, trials)) ** 2).sum(axis=0)
     return {RESIDUAL: (np.sign(effect) * np.sqrt(np.maximum(effect**2 - noise, 0.0)))[None]}
 
 
@@ -210,8 +212,7 @@ def _of_discrepancy(
     roots = []
     for k, record in enumerate(records):
         peak = record.target[np.abs(record.target).argmax()]
-        alone = [(peak if j == k else 0.0) * shapes for j in range(len(records))]
-        roots.append(sensitivity(fit, records, alone))
+        roots.append(sensitivity(fit, records, _alone(peak * shapes, k, records)))
     return np.stack(roots)
 
 
@@ -285,7 +286,7 @@ def fit_free_reflex(
     inside = inside_window(time, window_s)
     by_source = {source.name: source.standard_uncertainty for source in sources}
     contributions = dict(errors.contributions)
-    tried, chance, contributions[WINDOW] = _windows(trials, errors, options, sources, onset)
+    tried, chance, contributions[WINDOW] = _windows(trials, inside, errors, options, sources, onset)
     if DISCREPANCY in by_source:
         contributions[DISCREPANCY] = by_source[DISCREPANCY] * errors.discrepancy.sum(axis=0)
     budget = Budget(
@@ -360,6 +361,11 @@ def _fitted(
     first = trials[0]
     free = unit * reflex_covariance(first.time, onset_s, first.cutoff_hz, first.order)
     free = free[np.ix_(inside, inside)]
+    # what does not change with the parameters, of every trial: misfit, reflex, noise
+    smooth += 1e-6 * np.eye(time.size)
+    misfits = [_size(mean[:, TORQUE], options) ** 2 * smooth for mean in means]
+    reflexes = [(trial.peak_m_per_s / options.reflex_speed_m_per_s) ** 2 * free for trial in trials]
+    noise = {count: noise_of_mean(moments, count) for count in {trial.count for trial in trials}}
     parameters = np.zeros(2)
     for _ in range(ROUNDS):
         combination = np.zeros(3)
@@ -369,13 +375,11 @@ def _fitted(
             Record(
                 target=mean[:, TORQUE],
                 regressors=mean[:, REGRESSORS],
-                covariance=covariance / trial.count
-                + _size(mean[:, TORQUE], options) ** 2 * (smooth + 1e-6 * np.eye(time.size))
-                + (trial.peak_m_per_s / options.reflex_speed_m_per_s) ** 2 * free,
+                covariance=covariance / trial.count + misfit + reflex,
                 instruments=trial.belt[inside],
-                noise=noise_of_mean(moments, trial.count),
+                noise=noise[trial.count],
             )
-            for trial, mean in zip(trials, means, strict=True)
+            for trial, mean, misfit, reflex in zip(trials, means, misfits, reflexes, strict=True)
         ]
         fit = generalised_least_squares(records)
         parameters = fit.parameters
@@ -393,23 +397,26 @@ def noise_of_mean(
     return moments[np.ix_(REGRESSORS, REGRESSORS)] / responses, moments[REGRESSORS, TORQUE] / responses
 
 
-@lru_cache(maxsize=64)
-def _low_pass(samples: int, rate_hz: float, cutoff_hz: float, order: int) -> np.ndarray:
-    """Zero-lag low-pass of so many samples as a matrix, shape (samples, samples)."""
-    return butterworth_lowpass(np.eye(samples), rate_hz, cutoff_hz, order)
-
-
 def reflex_covariance(
     time: Annotated[np.ndarray, "(n,)", "s"], onset_s: float, cutoff_hz: float, order: int
 ) -> Annotated[np.ndarray, "(n, n)", "s³"]:
-    """Covariance of a reflex torque of unit intensity behind a zero-lag low-pass.
+    """Covariance of a reflex torque of unit intensity behind a zero-lag low-pass; do not modify it.
 
     time: regular instants.
     """
     rate_hz = float(round(1.0 / np.diff(time).mean(), 6))
+    return _reflex_covariance(float(time[0]), time.size, rate_hz, onset_s, cutoff_hz, order)
+
+
+# all windows of all fits have the same
+@lru_cache(maxsize=64)
+def _reflex_covariance(
+    start_s: float, samples: int, rate_hz: float, onset_s: float, cutoff_hz: float, order: int
+) -> np.ndarray:
     margin = round(BEYOND_S * rate_hz)
-    wide = time[0] + np.arange(-margin, time.size + margin) / rate_hz
-    passed = _low_pass(wide.size, rate_hz, cutoff_hz, order)[margin:-margin]
+    wide = start_s + np.arange(-margin, samples + margin) / rate_hz
+    # the low-pass as a matrix
+    passed = butterworth_lowpass(np.eye(wide.size), rate_hz, cutoff_hz, order)[margin:-margin]
     return passed @ integrated_wiener(wide, onset_s) @ passed.T
 
 
@@ -442,6 +449,7 @@ def fit_with_errors(
 
 def _windows(
     trials: list[BroadbandEpochs],
+    inside: np.ndarray,
     chosen: FitErrors,
     options: FreeReflexOptions,
     sources: list[Source],
@@ -449,12 +457,18 @@ def _windows(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """B and K by the window, and what makes them differ.
 
+    inside, chosen: samples of the chosen window, and its errors.
     Returns window, B and K every 10 ms, shape (w, 3), the standard uncertainty of their differences from the
     chosen window by chance, shape (w, 2), and the root of the covariance by the choice of the window, (w, 2).
     """
     low, high = options.windows_s
     lengths = np.linspace(low, high, max(2, round((high - low) / 0.01) + 1)).tolist()
-    by_length = [fit_with_errors(trials, w, onset_s, options, sources)[2] for w in lengths]
+    by_length = [
+        chosen
+        if np.array_equal(inside_window(trials[0].time, w), inside)
+        else fit_with_errors(trials, w, onset_s, options, sources)[2]
+        for w in lengths
+    ]
     differences = np.array([errors.parameters for errors in by_length]) - chosen.parameters
     shared = sum(source.standard_uncertainty for source in sources if source.name == DISCREPANCY)
     variances = np.array([errors.minus(chosen).variance(shared) for errors in by_length])
@@ -530,10 +544,11 @@ def _changed(
     first = int(inside.argmax())
     later = trials[0].time[first:]
     smooth = squared_exponential(later, options.discrepancy_s) + 1e-6 * np.eye(later.size)
+    shapes = np.linalg.cholesky(smooth).T
     misfit = np.zeros((len(trials), later.size, *shape))
     for k, record in enumerate(records):
         peak = record.target[np.abs(record.target).argmax()]
-        misfit[k, :, k, first:, TORQUE] = peak * np.linalg.cholesky(smooth).T
+        misfit[k, :, k, first:, TORQUE] = peak * shapes
     rows = _padded(errors.discrepancy, later.size)
     changes[OWN_DISCREPANCY] = Change(
         options.discrepancy * rows.reshape(-1, 2), options.discrepancy * misfit.reshape(-1, *shape)

@@ -91,17 +91,29 @@ class MeanReflex:
     @property
     def values(self) -> Annotated[np.ndarray, "(4,)"]:
         """Numbers of `REFLEX` (N·m, N·m·s, N·m·s/rad, s); the delay is NaN for a torque without a peak."""
-        peak, impulse = float(self.torque.max()), float(scipy.integrate.trapezoid(self.torque, INSTANTS_S))
-        return np.array([peak, impulse, impulse / self.stretch, self._risen(RISEN * peak)])
+        return self.with_changes(np.zeros((1, self.torque.size)), np.zeros(1))[0]
 
-    def _risen(self, threshold: float) -> float:
-        if threshold <= 0.0:
-            return np.nan
-        k = int(np.argmax(self.torque >= threshold))
-        if k == 0:
-            return REFLEX_S[0]
-        below, above = self.torque[k - 1 : k + 1]
-        return float(np.interp(threshold, [below, above], INSTANTS_S[k - 1 : k + 1]))
+    def with_changes(
+        self, torques: Annotated[np.ndarray, "(k, n)", "N·m"], stretches: Annotated[np.ndarray, "(k,)", "rad"]
+    ) -> Annotated[np.ndarray, "(k, 4)"]:
+        """The same with more torque and stretch, for many changes at a time."""
+        torques = np.add(self.torque, torques, order="C")  # sums of rows are then those of single torques
+        peaks, impulses = torques.max(axis=-1), scipy.integrate.trapezoid(torques, INSTANTS_S, axis=-1)
+        gains = impulses / (self.stretch + stretches)
+        return np.stack([peaks, impulses, gains, _risen(torques, RISEN * peaks)], axis=-1)
+
+
+def _risen(
+    torques: Annotated[np.ndarray, "(k, n)"], thresholds: Annotated[np.ndarray, "(k,)"]
+) -> Annotated[np.ndarray, "(k,)", "s"]:
+    """Instants at which torques first reach thresholds, linear between `INSTANTS_S`; NaN for one of 0."""
+    first = np.argmax(torques >= thresholds[:, None], axis=-1)
+    at = np.maximum(first, 1)
+    below, above = (_at(torques, k) for k in (at - 1, at))
+    rises = (INSTANTS_S[at] - INSTANTS_S[at - 1]) / np.where(above > below, above - below, 1.0)
+    inside = rises * (thresholds - below) + INSTANTS_S[at - 1]
+    found = np.where(thresholds == above, INSTANTS_S[at], inside)
+    return np.where(thresholds > 0.0, np.where(first == 0, REFLEX_S[0], found), np.nan)
 
 
 def mean_reflex(
@@ -215,11 +227,7 @@ def estimate_reflex(
         return _interpolated(time, moved), longer
 
     def root(moved: np.ndarray, longer: np.ndarray) -> Annotated[np.ndarray, "(k, 4)"]:
-        pairs = [
-            (mean.changed(r, x).values, mean.changed(-r, -x).values)
-            for r, x in zip(moved, longer, strict=True)
-        ]
-        return np.array([0.5 * (more - less) for more, less in pairs]).reshape(-1, len(REFLEX))
+        return 0.5 * (mean.with_changes(moved, longer) - mean.with_changes(-moved, -longer))
 
     if expected is not None:
         mean = mean.changed(-moved_by(expected)[0][0], 0.0)
