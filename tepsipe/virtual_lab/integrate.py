@@ -56,17 +56,18 @@ def integrate(
     # grid points and their states, and what the long steps begin and end with
     grid, states, ends = array("q", [0]), array("d", x), array("d")
     k = retry = 0
+    known = None  # input and slope at the end of a long step, which are those of the next one's start
     while k < steps:
-        if k < retry or not rests[k]:
+        rest, u = k >= retry and rests[k], begin[k]
+        if not rest:
             begin_step(k, x)
-        u = begin[k]
-        slope = derivative(u, x)
-        taken, after = 1, x
-        if k >= retry and rests[k]:
+        slope = known[1] if rest and known and known[0] == u else derivative(u, x)
+        taken, after, known = 1, x, None
+        if rest:
             after = step(derivative, slope, u, u, x, LONG * h)
             last_slope = derivative(u, after)
             if _defect(derivative, u, x, after, slope, last_slope, LONG * h) < DEFECT:
-                taken = LONG
+                taken, known = LONG, (u, last_slope)
                 ends.extend(x + after + slope + last_slope)
             else:
                 retry = k + LONG
@@ -92,8 +93,8 @@ def _defect(f: Derivative, u, x: State, after: State, slope: State, last_slope: 
     """Largest defect in the middle of a step of length ``h`` (s) under the input ``u``, see above."""
     ends = list(zip(x, after, slope, last_slope, strict=True))
     middle = tuple([0.5 * (x0 + x1) + 0.125 * h * (f0 - f1) for x0, x1, f0, f1 in ends])
-    rates = [1.5 * (x1 - x0) / h - 0.25 * (f0 + f1) for x0, x1, f0, f1 in ends]
-    return max([abs(rate - given) for rate, given in zip(rates, f(u, middle), strict=True)])
+    given = zip(ends, f(u, middle), strict=True)
+    return max([abs(1.5 * (x1 - x0) / h - 0.25 * (f0 + f1) - rate) for (x0, x1, f0, f1), rate in given])
 
 
 def _filled(grid: array, states: np.ndarray, ends: np.ndarray, h: float) -> np.ndarray:
