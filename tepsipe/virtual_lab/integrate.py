@@ -148,7 +148,7 @@ def defect(f, u, x, y, a, b, h):
     {listed("a{0}")} = a
     {listed("b{0}")} = b
     {listed("c{0}")} = f(u, ({listed("0.5 * (x{0} + y{0}) + part * (a{0} - b{0})")}))
-    return max({listed("abs(1.5 * (y{0} - x{0}) / h - 0.25 * (a{0} + b{0}) - c{0})")})
+    return max(({listed("abs(1.5 * (y{0} - x{0}) / h - 0.25 * (a{0} + b{0}) - c{0})")}))
 """
     names: dict = {}
     exec(text, names)
