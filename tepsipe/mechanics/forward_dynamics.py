@@ -27,7 +27,7 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.engines import resolved_engine, simulate
-from tepsipe.mechanics.engines.interface import FALLEN_RAD, UPRIGHT, Joint, Start, Task
+from tepsipe.mechanics.engines.interface import FALLEN_RAD, UPRIGHT, Joint, Start, Swing, Task
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 
 STANDING_ITERATIONS = 50  # of the bending at rest
@@ -97,13 +97,30 @@ def simulate_dummy(
     engine: str,
     start: Start = UPRIGHT,
 ) -> ForwardSimulation:
-    """Simulate the dummy's leg for a recorded velocity of the belt.
+    """Simulate the dummy's leg for a recorded velocity of the belt, as `simulate_dummies` with one joint.
 
-    The belt velocity is interpolated by a cubic spline. A leg beyond a quarter turn has fallen: the
-    simulation stops, and the result ends with the last recorded instant before the fall.
+    joint: I, B, K, theta_ref and softening (units in `Joint`).
+    """
+    return simulate_dummies(time, belt_velocity, leg, foot, {"": joint}, step_s, engine, start)[""]
+
+
+def simulate_dummies(
+    time: np.ndarray,
+    belt_velocity: Annotated[np.ndarray, "(n,)", "m/s"],
+    leg: Leg,
+    foot: Foot,
+    joints: dict[str, Joint],
+    step_s: float,
+    engine: str,
+    start: Start = UPRIGHT,
+) -> dict[str, ForwardSimulation]:
+    """Simulate the dummy's leg with each of several joints for a recorded velocity of the belt.
+
+    The belt velocity is interpolated by a cubic spline. A leg beyond a quarter turn has fallen: its
+    simulation stops, and its result ends with the last recorded instant before the fall.
 
     time: recorded instants (s), on a regular clock.
-    joint: I, B, K, theta_ref and softening (units in `Joint`).
+    joints: I, B, K, theta_ref and softening of each (units in `Joint`).
     step_s: step of the simulation (s), a whole part of the sampling interval.
     engine: {"pybullet", "mujoco", "equations", "auto"}: Engine of the simulation; "auto" takes the first of
     the others that is installed.
@@ -112,14 +129,16 @@ def simulate_dummy(
     engine = resolved_engine(engine)
     time, belt_velocity = np.asarray(time, dtype=float), np.asarray(belt_velocity, dtype=float)
     interval = _sampling_interval(time, belt_velocity)
-    _check_dummy(leg, foot, joint, start)
-    stride = _check_step(step_s, interval, leg, joint)
+    stride = 1
+    for joint in joints.values():
+        _check_dummy(leg, foot, joint, start)
+        stride = _check_step(step_s, interval, leg, joint)
     velocity = scipy.interpolate.CubicSpline(interval * np.arange(time.size), belt_velocity)
     path = velocity.antiderivative()
     task = Task(
         leg=leg,
         foot=foot,
-        joint=joint,
+        joints=tuple(joints.values()),
         velocity=velocity,
         path=path,
         samples=time.size,
@@ -127,12 +146,19 @@ def simulate_dummy(
         stride=stride,
         start=start,
     )
-    swing = simulate(engine, task)
+    swings = zip(joints.items(), simulate(engine, task), strict=True)
+    return {name: _simulation(task, time, belt_velocity, joint, swing) for (name, joint), swing in swings}
 
+
+def _simulation(
+    task: Task, time: np.ndarray, belt_velocity: np.ndarray, joint: Joint, swing: Swing
+) -> ForwardSimulation:
+    """Swing of a leg with what follows from it and from the motion of the belt (s, m/s)."""
+    leg = task.leg
     theta, theta_d, theta_dd = swing.theta, swing.theta_d, swing.theta_dd
     samples = theta.size
     elapsed = task.elapsed(samples)
-    foot_y_dd = velocity(elapsed, 1)
+    foot_y_dd = task.velocity(elapsed, 1)
     s, c, r = np.sin(theta), np.cos(theta), leg.com_m
     swinging = _small_swing(leg, joint)
     return ForwardSimulation(
@@ -141,7 +167,7 @@ def simulate_dummy(
         theta_d=theta_d,
         theta_dd=theta_dd,
         torque=joint.inertia_Nms2_per_rad * theta_dd + joint.resistance(theta, theta_d),
-        foot_y=path(elapsed),
+        foot_y=task.path(elapsed),
         foot_y_d=belt_velocity[:samples].copy(),
         foot_y_dd=foot_y_dd,
         y_dd=foot_y_dd + r * (c * theta_dd - s * theta_d**2),

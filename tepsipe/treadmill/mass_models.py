@@ -329,24 +329,34 @@ def fit_loaded_frame(
             return LoadedFrame(shape, motion, 0.0, 1.0, 0.0, 1.0, rate)
         return LoadedFrame(frame, motion, 1e-3 * x[0], x[1], x[2], x[3], rate)
 
-    # of a gradient's evaluations only some move lag and friction
+    moving = 2 if frame is None else 4  # columns of `_motion`, which the known load follows
+    steady = [_spectra(np.stack([r.acceleration, r.carried]), r.rate_hz) for r in recordings]
+    samples = [np.flatnonzero(r.evaluated) for r in recordings]
+
+    # of a gradient's evaluations only some move lag and friction, which two of the inputs do not feel
     @lru_cache(maxsize=4 * len(recordings))
-    def spectra(k: int, lag_s: float, friction_speed_m_per_s: float) -> tuple[np.ndarray, np.ndarray, int]:
-        columns = _motion(recordings[k], lag_s, friction_speed_m_per_s)[:, : 2 if frame is None else 4]
-        return _spectra(np.column_stack([columns, recordings[k].carried]), recordings[k].rate_hz)
+    def spectra(k: int, lag_s: float, friction_speed_m_per_s: float) -> dict[int, np.ndarray]:
+        """Spectra of the columns that are not zero throughout."""
+        columns = _motion(recordings[k], lag_s, friction_speed_m_per_s)[:, 1:moving].T
+        (first, last), *_ = steady[k]
+        spectra = [first, *_spectra(columns, recordings[k].rate_hz)[0], last]
+        return {column: spectrum for column, spectrum in enumerate(spectra) if spectrum.any()}
 
     def solve(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         trial = model(x, np.zeros(4))
-        rows, rest, known = [], [], {}
+        rows, known = [], {}
         for k, r in enumerate(recordings):
-            inputs, s, padded = spectra(k, trial.lag_s, trial.friction_speed_m_per_s)
+            _, s, padded = steady[k]
             alike = r.rigid_kg, padded
             if alike not in known:
                 known[alike] = trial._response(r.rigid_kg)(s)
-            responses = scipy.fft.irfft(known[alike] * inputs, padded, axis=0)[: r.load.size][r.evaluated]
-            rows.append(responses[:, :-1])
-            rest.append(responses[:, -1])
-        stacked, remaining = np.concatenate(rows), target - np.concatenate(rest)
+            inputs = spectra(k, trial.lag_s, trial.friction_speed_m_per_s)
+            responses = np.zeros((samples[k].size, moving + 1))
+            for column, spectrum in inputs.items():
+                responses[:, column] = scipy.fft.irfft(known[alike] * spectrum, padded)[samples[k]]
+            rows.append(responses)
+        stacked, rest = np.split(np.concatenate(rows), [moving], axis=1)
+        stacked, remaining = np.ascontiguousarray(stacked), target - rest[:, 0]
         scale = np.maximum(np.linalg.norm(stacked, axis=0), 1e-300)
         solution = np.linalg.lstsq(stacked / scale, remaining, rcond=1e-10)[0] / scale
         return np.concatenate([solution, np.zeros(4 - solution.size)]), remaining - stacked @ solution
@@ -381,12 +391,12 @@ def _mount_response(s: np.ndarray, share: float, time_s: float) -> np.ndarray:
 
 def _filtered(x: np.ndarray, rate_hz: float, response) -> np.ndarray:
     """``x``, shape (n,) or (n, c), filtered by a response given over s; ``x`` begins and ends at rest."""
-    spectra, s, padded = _spectra(x.reshape(x.shape[0], -1), rate_hz)
-    return scipy.fft.irfft(response(s) * spectra, padded, axis=0)[: x.shape[0]].reshape(x.shape)
+    spectra, s, padded = _spectra(x.T, rate_hz)
+    return scipy.fft.irfft(response(s) * spectra, padded)[..., : x.shape[0]].T
 
 
 def _spectra(x: np.ndarray, rate_hz: float) -> tuple[np.ndarray, np.ndarray, int]:
-    """Spectra of the columns of ``x``, followed by a second of rest, their s (rad/s) and length (samples)."""
-    padded = scipy.fft.next_fast_len(x.shape[0] + round(rate_hz), real=True)
-    s = 2j * np.pi * scipy.fft.rfftfreq(padded, 1.0 / rate_hz)[:, None]
-    return scipy.fft.rfft(x, padded, axis=0), s, padded
+    """Spectra of the rows of ``x``, followed by a second of rest, their s (rad/s) and length (samples)."""
+    padded = scipy.fft.next_fast_len(x.shape[-1] + round(rate_hz), real=True)
+    s = 2j * np.pi * scipy.fft.rfftfreq(padded, 1.0 / rate_hz)
+    return scipy.fft.rfft(x, padded), s, padded

@@ -208,20 +208,17 @@ def bent(
 
     Returns: fraction of the initial state that is left, and the state from an initial state of 0.
     """
-    speed = np.abs(velocity).T
+    speed = np.abs(velocity)
     most = 1.0 + bristles.stribeck * np.exp(-((speed / bristles.stribeck_speed_m_per_s) ** 2))
     decay = np.exp(-speed / (rate_hz * bristles.distance_m * most))
-    pushed = np.sign(velocity).T * most * (1.0 - decay)
-    z = np.zeros_like(decay)
-    state = np.zeros(velocity.shape[0])
-    moving = np.flatnonzero(velocity.any(axis=0))
-    first, last = (moving[0], moving[-1] + 1) if moving.size else (0, 0)
-    for kept, push, row in zip(decay[first:last], pushed[first:last], z[first:last], strict=True):
-        np.multiply(kept, state, out=row)
-        np.add(row, push, out=row)
-        state = row
-    z[last:] = state
-    return np.cumprod(decay, axis=0).T, z.T
+    pushed = np.sign(velocity) * most * (1.0 - decay)
+    # z_k = decay_k z_k-1 + pushed_k of all pulses, one after the other, as one system of equations with two
+    # diagonals: it is solved by this very recursion, but not step by step in Python
+    below = -decay
+    below[:, 0] = 0.0
+    n = velocity.size
+    *_, z, _ = scipy.linalg.lapack.dgtsv(below.ravel()[1:], np.ones(n), np.zeros(n - 1), pushed.ravel())
+    return np.cumprod(decay, axis=1), z.reshape(velocity.shape)
 
 
 def mean_state(

@@ -15,7 +15,7 @@ from tepsipe.experiments.noise.filtered_noise import NOISE_ON, filtered_trial
 from tepsipe.experiments.noise.monte_carlo import sweep, sweep_trial
 from tepsipe.experiments.noise.onsets import found_from, onset_rows
 from tepsipe.experiments.noise.rows import NOISE_ROWS, NoiseRow, noise_rows
-from tepsipe.experiments.noise.simulate import simulate_trial
+from tepsipe.experiments.noise.simulate import simulate_trials
 from tepsipe.experiments.noise.trial import SIGNALS, simulated_result, simulated_trial
 from tepsipe.io.result import read_result, write_result
 from tepsipe.mechanics.inverse_dynamics import Foot
@@ -54,7 +54,7 @@ def simulated(name="sine-0.3", peak_m_per_s=0.3, parameters=TRUTH, offset_m_per_
     time = np.arange(round(10.0 * RATE_HZ)) / RATE_HZ
     velocity = offset_m_per_s + belt_pulses(time, ONSETS_S, peak_m_per_s)[1]
     trial = trial_of(RATE_HZ, belt_velocity=(velocity, "m/s"))
-    return simulate_trial(trial, name, OPTIONS, FOOT, parameters, 0.001, "auto")
+    return simulate_trials(trial, name, OPTIONS, FOOT, {"": parameters}, 0.001, "auto")[""]
 
 
 def cell_of(trial, noise_on, snr_db, draws, others=(), predicted_draws=25):

@@ -29,6 +29,7 @@ from tepsipe.mechanics.forward_dynamics import (
     Start,
     refuse_unstable,
     resting,
+    simulate_dummies,
     simulate_dummy,
 )
 from tepsipe.mechanics.inverse_dynamics import Foot, foot_torque, leg_torque
@@ -244,6 +245,22 @@ def test_engines_agree_within_a_thousandth_in_motion_and_reactions(pair, name):
         assert np.ptp(b) > 0.0
     for signal in ("time", "foot_y", "foot_y_d", "foot_y_dd"):
         assert (getattr(first, signal)[:samples] == getattr(second, signal)[:samples]).all(), signal
+
+
+def test_dummies_that_are_moved_together_move_as_each_alone(engine):
+    time, velocity = belt(4.0, onsets_s=(1.0, 2.5))
+    joints = {
+        "rubber": RUBBER,
+        "falls": Joint(0.01, 0.1, -3.0),
+        "softens": SOFT,
+        "falls late": COMPARED["too soft"][0],
+    }
+    start = Start(0.02, 0.0)
+    together = simulate_dummies(time, velocity, LEG, FOOT, joints, 0.001, engine, start)
+    assert list(together) == list(joints)
+    assert [found.state for found in together.values()] == ["settles", "falls", "settles", "falls"]
+    for name, found in together.items():
+        assert digest(found) == digest(run(time, velocity, joints[name], engine, start_angle_rad=0.02)), name
 
 
 # ---- by hand -----------------------------------------------------------------------------------

@@ -33,7 +33,7 @@ from tepsipe.experiments.forward.scores import ForwardScore, swing_sizes
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.forward_dynamics import ForwardSimulation, Joint, Start, resting, simulate_dummy
+from tepsipe.mechanics.forward_dynamics import ForwardSimulation, Joint, Start, resting, simulate_dummies
 from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS, SMALL
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Foot
 from tepsipe.signals.differentiation import derivative
@@ -153,19 +153,13 @@ def simulate_condition(
         torques[name] = torque - torque[at_rest].mean()
     standing = float(motion.theta[at_rest].mean())
     velocity = velocity - np.median(velocity[at_rest])
-    simulations = {
-        name: simulate_dummy(
-            time,
-            velocity,
-            options.leg,
-            foot,
-            resting(options.leg, joint, standing),
-            step_s,
-            engines[name],
-            Start(standing, 0.0),
+    simulations = {}
+    for engine in dict.fromkeys(engines.values()):
+        moved = {name: joint for name, joint in joints.items() if engines[name] == engine}
+        rested = {name: resting(options.leg, joint, standing) for name, joint in moved.items()}
+        simulations |= simulate_dummies(
+            time, velocity, options.leg, foot, rested, step_s, engine, Start(standing, 0.0)
         )
-        for name, joint in joints.items()
-    }
     return SimulatedCondition(
         time=time,
         theta=motion.theta - standing,
@@ -176,7 +170,7 @@ def simulate_condition(
         perturbations=prepared.perturbations,
         joints=joints,
         engines=engines,
-        simulations=simulations,
+        simulations={name: simulations[name] for name in joints},
     )
 
 

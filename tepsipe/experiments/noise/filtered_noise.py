@@ -1,8 +1,9 @@
 """Noise of a given signal-to-noise ratio, drawn and filtered only around the windows."""
 
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache, cached_property
 from typing import Annotated
 
 import numpy as np
@@ -78,9 +79,44 @@ class FilteredTrial:
     noise_index: Annotated[np.ndarray, "(w, s + 2 memory)"]
     """Position in ``noise_samples`` of the samples around every window."""
 
-    def signals(self, name: str, lowpassed: bool) -> np.ndarray:
-        """Raw or low-passed signals by their name in `ROWS`, shape (k, n)."""
-        return (self.lowpassed if lowpassed else self.raw)[ROWS[name]]
+    @cached_property
+    def _made(self) -> dict[tuple, np.ndarray]:
+        return {}
+
+    def _once(self, make: Callable[..., np.ndarray], *chosen: tuple[str, bool]) -> np.ndarray:
+        """Result for the chosen signals, kept for all cells, which ask for the same; not to be changed."""
+        key = make.__name__, *chosen
+        if key not in self._made:
+            self._made[key] = make(self.signals(*chosen))
+        return self._made[key]
+
+    def signals(self, *chosen: tuple[str, bool]) -> np.ndarray:
+        """Signals by their names in `ROWS`, each raw or low-passed, shape (k, n)."""
+        return np.concatenate([(self.lowpassed if low else self.raw)[ROWS[name]] for name, low in chosen])
+
+    def windows(self, *chosen: tuple[str, bool]) -> np.ndarray:
+        """The same in the windows, shape (w, k, s)."""
+
+        def windows(x: np.ndarray) -> np.ndarray:
+            return np.ascontiguousarray((x[:, self.within] * self.inside).transpose(1, 0, 2))
+
+        return self._once(windows, *chosen)
+
+    def gram(self, *chosen: tuple[str, bool]) -> np.ndarray:
+        """Sums of their products over the whole trial, shape (k, k)."""
+
+        def gram(x: np.ndarray) -> np.ndarray:
+            return x @ x.T
+
+        return self._once(gram, *chosen)
+
+    def rms(self, name: str) -> np.ndarray:
+        """Root of the mean square of a raw signal, a number."""
+
+        def rms(x: np.ndarray) -> np.ndarray:
+            return np.sqrt(np.mean(x**2))
+
+        return self._once(rms, (name, False))
 
     def filtered_noise(self, unit_noise: np.ndarray) -> np.ndarray:
         """F n in the windows, shape (draws, w, s), of noise n of unit variance, shape (draws, k)."""
@@ -133,8 +169,12 @@ def filtered_trial(trial: SimulatedTrial, cutoff_hz: float = 20.0, order: int = 
     )
 
 
+@cache
 def _operators(length: int, rate_hz: float, cutoff_hz: float, order: int) -> np.ndarray:
-    """D D F, D F, F from the samples around a window to those in it, shape (3, length + 2 memory, length)."""
+    """D D F, D F, F from the samples around a window to those in it, shape (3, length + 2 memory, length).
+
+    Trials with windows of the same length share them.
+    """
     memory = filter_memory(rate_hz, cutoff_hz)
     span = length + 2 * memory
     time = np.arange(span) / rate_hz
@@ -187,14 +227,12 @@ def noise_deviation(trial: FilteredTrial, processing: Processing, noise_on: str,
             f"signal-to-noise ratio: expected a finite number of decibels, found {quoted(snr_db)}: "
             "choose the noise target 'none' for signals without noise"
         )
-    signals = {"tau": trial.signals(processing.torque, False), "theta": trial.signals("angle", False)}
-    rms = {
-        name: np.sqrt(np.mean(x**2)) if processing.power == "trial" else 1.0 for name, x in signals.items()
-    }
-    if not NOISE_ON[noise_on]:
-        return dict.fromkeys(signals, 0.0)
-    ratio = 10.0 ** (-snr_db / 20.0)
-    return {name: float(ratio * rms[name]) if name in NOISE_ON[noise_on] else 0.0 for name in signals}
+    deviation = {"tau": 0.0, "theta": 0.0}
+    for name, signal in (("tau", processing.torque), ("theta", "angle")):
+        if name in NOISE_ON[noise_on]:
+            rms = trial.rms(signal) if processing.power == "trial" else 1.0
+            deviation[name] = float(10.0 ** (-snr_db / 20.0) * rms)
+    return deviation
 
 
 def noise_chunks(
@@ -294,24 +332,15 @@ def windowed_trial(
     every, both = processing.filtered == "all", processing.filtered == "torque-and-angle"
     filter_tau = every or both or "tau" in targets
     filter_theta = every or both or "theta" in targets
-    signals = np.concatenate(
-        [
-            trial.signals("rates", every or (filter_theta and not both)),
-            trial.signals("angle", filter_theta),
-            trial.signals(processing.torque, filter_tau),
-        ]
-    )
-
-    def windows(x: np.ndarray) -> np.ndarray:
-        return np.ascontiguousarray((x[:, trial.within] * trial.inside).transpose(1, 0, 2))
-
+    motion = ("rates", every or (filter_theta and not both)), ("angle", filter_theta)
+    torque = processing.torque, filter_tau
     return WindowedTrial(
         trial=trial,
         estimator=processing.estimator,
-        torque=windows(signals[3:])[:, 0],
-        regressors=windows(signals[:3]),
-        instruments=windows(trial.signals("belt", every)),
-        gram=signals @ signals.T,
+        torque=trial.windows(torque)[:, 0],
+        regressors=trial.windows(*motion),
+        instruments=trial.windows(("belt", every)),
+        gram=trial.gram(*motion, torque),
         deviation=deviation,
         noise_rows=np.array([processing.noisy_rates, processing.noisy_rates, True], dtype=float),
     )

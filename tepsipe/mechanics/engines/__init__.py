@@ -1,7 +1,8 @@
 """Engines of the forward simulation of the dummy, one module each, imported when the engine is used.
 
-An engine is a function that takes a `Task` and returns a `Swing` (`interface.py`). A new one is a module with
-such a function `simulate` and an entry in `ENGINES`; the test that compares all engines includes it.
+An engine is a function that takes a `Task` and returns a `Swing` for each of its joints (`interface.py`). A
+new one is a module with such a function `simulate` and an entry in `ENGINES`; the test that compares all
+engines includes it.
 """
 
 import importlib.metadata
@@ -17,19 +18,19 @@ if TYPE_CHECKING:  # numpy is imported late: looking up a name does not need it
 AUTO = "auto"
 
 
-def _pybullet() -> "Callable[[Task], Swing]":
+def _pybullet() -> "Callable[[Task], list[Swing]]":
     from tepsipe.mechanics.engines.pybullet import simulate
 
     return simulate
 
 
-def _mujoco() -> "Callable[[Task], Swing]":
+def _mujoco() -> "Callable[[Task], list[Swing]]":
     from tepsipe.mechanics.engines.mujoco import simulate
 
     return simulate
 
 
-def _equations() -> "Callable[[Task], Swing]":
+def _equations() -> "Callable[[Task], list[Swing]]":
     from tepsipe.mechanics.engines.equations import simulate
 
     return simulate
@@ -77,13 +78,13 @@ def engine_version(engine: str) -> str:
     return importlib.metadata.version(name if name in INSTALLED_BY else "tepsipe")
 
 
-def simulate(engine: str, task: "Task") -> "Swing":
-    """Simulate the dummy with an engine.
+def simulate(engine: str, task: "Task") -> "list[Swing]":
+    """Simulate the dummy with every joint of a task by an engine.
 
     engine: {"pybullet", "mujoco", "equations", "auto"}: Name of the engine; "auto" takes the first that is
     installed.
-    task: dummy, belt and clock.
-    Returns: motion and forces at the recorded instants (rad, N, N·m).
+    task: dummy, joints, belt and clock.
+    Returns: for every joint, motion and forces at the recorded instants (rad, N, N·m).
     """
     name = resolved_engine(engine)
     try:

@@ -26,24 +26,33 @@ import math
 
 import numpy as np
 
-from tepsipe.mechanics.engines.interface import FALLEN_RAD, Swing, Task
+from tepsipe.mechanics.engines.interface import FALLEN_RAD, Joint, Swing, Task
+from tepsipe.mechanics.inverse_dynamics import Leg
 
 
-def simulate(task: Task) -> Swing:
-    """Simulate the leg on the moving foot.
+def simulate(task: Task) -> list[Swing]:
+    """Simulate the leg on the moving foot, with every joint.
 
     Returns: motion and forces at the recorded instants.
     """
-    theta, theta_d, fell_after_s = _integrate(task)
+    y_dd = task.velocity(
+        0.5 * task.step_s * np.arange(2 * task.steps - 1), 1
+    )  # at steps and half-way between
+    return [_swing(task, joint, y_dd) for joint in task.joints]
+
+
+def _swing(task: Task, joint: Joint, y_dd: np.ndarray) -> Swing:
+    """Motion and forces with one joint, from y_f'' (m/s²) at steps and half-way between."""
+    theta, theta_d, fell_after_s = _integrate(task, joint, y_dd)
     theta, theta_d = theta[:: task.stride], theta_d[:: task.stride]
-    leg, foot, joint = task.leg, task.foot, task.joint
+    leg, foot = task.leg, task.foot
     m, r, g = leg.mass_kg, leg.com_m, leg.gravity_m_per_s2
     elapsed = task.elapsed(theta.size)
     y_f, y_f_dd = task.path(elapsed), task.velocity(elapsed, 1)
     s, c = np.sin(theta), np.cos(theta)
 
     bent = joint.resistance(theta, theta_d)
-    theta_dd = (m * r * (g * s - y_f_dd * c) - bent) / _about_the_ankle(task)
+    theta_dd = (m * r * (g * s - y_f_dd * c) - bent) / _about_the_ankle(leg, joint)
     tau = joint.inertia_Nms2_per_rad * theta_dd + bent
     on_leg_y = m * (y_f_dd + r * (c * theta_dd - s * theta_d**2))
     on_leg_z = m * (g - r * (s * theta_dd + c * theta_d**2))
@@ -62,19 +71,18 @@ def simulate(task: Task) -> Swing:
     )
 
 
-def _about_the_ankle(task: Task) -> float:
+def _about_the_ankle(leg: Leg, joint: Joint) -> float:
     """Moment of inertia J about the ankle (kg·m²)."""
-    return task.leg.inertia_kgm2 + task.leg.mass_kg * task.leg.com_m**2 + task.joint.inertia_Nms2_per_rad
+    return leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2 + joint.inertia_Nms2_per_rad
 
 
-def _integrate(task: Task) -> tuple[np.ndarray, np.ndarray, float | None]:
+def _integrate(task: Task, joint: Joint, y_dd: np.ndarray) -> tuple[np.ndarray, np.ndarray, float | None]:
     """Angle (rad) and rate (rad/s) at every step, and the time of the fall (s) or None."""
-    leg, joint, h = task.leg, task.joint, task.step_s
-    about_ankle, rest = _about_the_ankle(task), joint.rest_angle_rad
+    leg, h = task.leg, task.step_s
+    about_ankle, rest = _about_the_ankle(leg, joint), joint.rest_angle_rad
     b, k = joint.damping_Nms_per_rad / about_ankle, joint.stiffness_Nm_per_rad / about_ankle
     c, d = joint.softening_Nm_per_rad / about_ankle, joint.softened_damping_Nms_per_rad / about_ankle
     half_squared = joint.half_softening_rad**2
-    y_dd = task.velocity(0.5 * h * np.arange(2 * task.steps - 1), 1)  # at steps and half-way between
     pull = leg.mass_kg * leg.com_m / about_ankle * np.hypot(leg.gravity_m_per_s2, y_dd)
     lean = np.arctan2(y_dd, leg.gravity_m_per_s2) - rest
     first_pull, first_lean = float(pull[0]), float(lean[0])

@@ -1,4 +1,4 @@
-"""Input and output of every engine: the dummy with its belt motion, and the simulated motion and forces."""
+"""Input and output of every engine: dummies on a belt in motion, and their simulated motion and forces."""
 
 import math
 from dataclasses import dataclass
@@ -52,7 +52,7 @@ class Joint:
         """Torque tau - I theta'' (N·m) at angle (rad) and rate (rad/s)."""
         bending = theta - self.rest_angle_rad
         linear = self.damping_Nms_per_rad * theta_d + self.stiffness_Nm_per_rad * bending
-        return linear - self.softened(bending, theta_d)
+        return linear - self.softened(bending, theta_d) if self.softens else linear
 
 
 @dataclass(frozen=True)
@@ -69,13 +69,13 @@ UPRIGHT = Start(0.0, 0.0)
 
 @dataclass(frozen=True)
 class Task:
-    """A dummy, the motion of its foot, and the clock, already checked."""
+    """Dummies that differ in their joints, the motion of their feet, and the clock, already checked."""
 
     leg: Leg
     foot: Foot
     """Segments (kg, m, kg·m²)."""
-    joint: Joint
-    """I, B, K, theta_ref and softening (units in `Joint`)."""
+    joints: tuple[Joint, ...]
+    """I, B, K, theta_ref and softening of each (units in `Joint`)."""
     velocity: "scipy.interpolate.CubicSpline"
     """Velocity of the belt (m/s) over the time since the first sample (s)."""
     path: "scipy.interpolate.PPoly"
@@ -87,7 +87,7 @@ class Task:
     stride: int
     """Steps of the simulation per recorded instant."""
     start: Start
-    """theta (rad) and theta' (rad/s) at the first instant."""
+    """theta (rad) and theta' (rad/s) of every leg at the first instant."""
 
     @property
     def step_s(self) -> float:

@@ -56,14 +56,19 @@ BODIES = """
 """
 
 
-def simulate(task: Task) -> Swing:
-    """Simulate the leg on the moving foot.
+def simulate(task: Task) -> list[Swing]:
+    """Simulate the leg on the moving foot, with every joint.
 
     Returns: motion and forces at the recorded instants.
     """
-    model = _built(task)
+    return [_moved(task, joint) for joint in task.joints]
+
+
+def _moved(task: Task, joint: Joint) -> Swing:
+    """Motion and forces with one joint."""
+    model = _built(task, joint)
     data = mujoco.MjData(model)
-    with _softening(task.joint):
+    with _softening(joint):
         theta, theta_d, fell_after_s = _swing(task, model, data)
         theta, theta_d = theta[:: task.stride], theta_d[:: task.stride]
         elapsed = task.elapsed(theta.size)
@@ -99,9 +104,9 @@ def _softening(joint: Joint) -> Iterator[None]:
         mujoco.set_mjcb_passive(None)
 
 
-def _built(task: Task) -> mujoco.MjModel:
+def _built(task: Task, joint: Joint) -> mujoco.MjModel:
     """The foot fixed on the belt, the leg hinged on the foot."""
-    leg, foot, joint = task.leg, task.foot, task.joint
+    leg, foot = task.leg, task.foot
     model = mujoco.MjModel.from_xml_string(
         BODIES.format(
             step=float(task.step_s),

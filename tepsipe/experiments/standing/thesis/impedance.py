@@ -48,8 +48,14 @@ DELAYS = {"T": "twitch_time", "L": "reflex_lag", "D": "balance_delay"}
 
 
 def _means(
-    responses: StandingEpochs, pathway: str, muscles: tuple[str, ...], draws: int, rng: np.random.Generator
+    responses: StandingEpochs,
+    samples: int,
+    pathway: str,
+    muscles: tuple[str, ...],
+    draws: int,
+    rng: np.random.Generator,
 ) -> MeanResponses:
+    """Mean responses up to a number of samples: a fit needs none behind its window."""
     count = responses.count
     quiet = next(iter(responses.unperturbed.values())).shape[0]
     weights = np.vstack([np.ones(count), rng.multinomial(count, np.full(count, 1.0 / count), draws)])
@@ -66,11 +72,11 @@ def _means(
     def mean(
         perturbed: np.ndarray, unperturbed: np.ndarray, shares: tuple[np.ndarray, np.ndarray] = of_all
     ) -> np.ndarray:
-        return shares[0] @ perturbed - shares[1] @ unperturbed
+        return shares[0] @ perturbed[:, :samples] - shares[1] @ unperturbed[:, :samples]
 
     wanted = [*MOTION.values(), f"torque/{pathway}"]
     return MeanResponses(
-        responses.time,
+        responses.time[:samples],
         {key: mean(responses.perturbed[key], responses.unperturbed[key]) for key in wanted},
         {
             muscle: mean(
@@ -111,8 +117,10 @@ def fit_standing(
                 "expected a muscle that acts at the ankle and has a usable channel in every trial, found none"
             )
         flags = ("muscle-left-out",) * (len(muscles) < len(options.action))
-    means = [_means(responses, pathway, muscles, draws, rng) for responses in trials]
     inside = between(time, -FILTER_WIDTH_S, estimator.window_s)
+    samples = int(np.flatnonzero(inside)[-1]) + 1
+    inside = inside[:samples]
+    means = [_means(responses, samples, pathway, muscles, draws, rng) for responses in trials]
     linear = tuple(name for name in MOTION if name != "I" or estimator.inertia)
     torque = np.concatenate([m.signals[f"torque/{pathway}"][:, inside] for m in means], axis=1)
     regression = _Regression(means, inside, torque, linear, model, options)
