@@ -65,66 +65,10 @@ def interpolant(
     return values
 
 
-def interpolated(time: Annotated[np.ndarray, "(n,)", "s"], x: np.ndarray, instants: np.ndarray) -> np.ndarray:
-    """Values at instants (s), of any shape, of the cubic spline through the samples (unit of ``x``).
-
-    Bit by bit those of ``scipy.interpolate.CubicSpline(time, x)(instants)``, but with the coefficients of
-    pieces that hold an instant only: for fewer instants than samples.
-    """
-    if not _is_plain(time, x):
-        return scipy.interpolate.CubicSpline(time, x)(instants)
-    k = np.clip(np.searchsorted(time, instants, side="right") - 1, 0, time.size - 2)
-    slopes = _slopes_at_knots(time, x)
-    wide = (..., *(None,) * (x.ndim - 1))
-    since, step = (instants - time[k])[wide], (time[k + 1] - time[k])[wide]
-    return _piece(x[k], x[k + 1], slopes[k], slopes[k + 1], step, since)[0]
-
-
 def _slopes(time: np.ndarray, x: np.ndarray, degree: int) -> np.ndarray:
     """As `derivative`, for one piece."""
     if degree != 3:
         return scipy.interpolate.make_interp_spline(time, x, degree).derivative()(time)
-    if not _is_plain(time, x):
-        return scipy.interpolate.CubicSpline(time, x)(time, 1)
-    slopes = _slopes_at_knots(time, x)
-    # bit by bit those of that class, which evaluates its last piece at the last knot
-    step = time[-1] - time[-2]
-    slopes[-1] = _piece(x[-2], x[-1], slopes[-2], slopes[-1], step, step)[1]
-    return slopes + 0.0
-
-
-def _is_plain(time: np.ndarray, x: np.ndarray) -> bool:
-    """Test for samples that `scipy.interpolate.CubicSpline` neither refuses nor treats as a special case."""
-    return bool(time.size > 3 and np.isfinite(x).all() and (np.diff(time) > 0.0).all())
-
-
-def _slopes_at_knots(time: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Slopes of the cubic spline that is smooth over its second and last but one knot.
-
-    They solve the equations of `scipy.interpolate.CubicSpline` and are the same, bit by bit; what that class
-    computes besides takes longer than the solution.
-    """
-    h = np.diff(time)
-    rise = np.diff(x, axis=0).T / h
-    first, last = time[2] - time[0], time[-1] - time[-3]
-    diagonal = np.concatenate([h[1:2], 2.0 * (h[:-1] + h[1:]), h[-2:-1]])
-    right = np.empty(x.shape[::-1])
-    right[..., 1:-1] = 3.0 * (h[1:] * rise[..., :-1] + h[:-1] * rise[..., 1:])
-    # the square of a number may differ from that of an array in its last bit; that class has both
-    a, z = (h[0], h[-1]) if x.ndim == 1 else (h[:1], h[-1:])
-    right[..., 0] = ((a + 2.0 * first) * h[1] * rise[..., 0] + a**2 * rise[..., 1]) / first
-    right[..., -1] = (z**2 * rise[..., -2] + (2.0 * last + z) * h[-2] * rise[..., -1]) / last
-    below, above = np.append(h[1:], last), np.append(first, h[:-1])
-    columns = right.reshape(-1, time.size).T
-    slopes = scipy.linalg.lapack.dgtsv(below, diagonal, above, columns, 1, 1, 1, 1)[3]
-    return np.ascontiguousarray(slopes.T.reshape(right.shape).T)
-
-
-def _piece(x0, x1, slope0, slope1, step, since):
-    """Value and slope of the cubic between two knots a ``step`` apart, some time since the first (s)."""
-    rise = (x1 - x0) / step
-    bend = (slope0 + slope1 - 2.0 * rise) / step
-    second, third = (rise - slope0) / step - bend, bend / step
-    squared = since * since
-    value = x0 + slope0 * since + second * squared + third * (squared * since)
-    return value, slope0 + second * since * 2.0 + third * squared * 3.0
+    spline = scipy.interpolate.CubicSpline(time, x)
+    # at its knots the derivative is a coefficient and needs evaluation at the last one only
+    return np.concatenate([spline.c[2] + 0.0, spline(time[-1:], 1)])

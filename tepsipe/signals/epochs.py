@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.signals.differentiation import interpolated
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def cut_epochs(
     instants = np.clip(onsets[inside][:, None] + time, grid[0], grid[-1])
     return Responses(
         time=time,
-        values=interpolated(grid, x, instants),
+        values=scipy.interpolate.CubicSpline(grid, x)(instants),
         kept=tuple(np.flatnonzero(inside).tolist()),
         dropped=tuple(np.flatnonzero(~inside).tolist()),
     )

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.signals.differentiation import interpolated, spline_pieces
+from tepsipe.signals.differentiation import spline_pieces
 
 # a passband of 0.4 times the new rate keeps the analysed band and removes what would alias into it
 BAND_PER_RATE = 0.4
@@ -182,7 +182,7 @@ def resample(
     wanted = np.split(new_time, np.searchsorted(new_time, [time[within.start] for _, within in pieces[1:]]))
     return np.concatenate(
         [
-            interpolated(time[around], x[around], instants)
+            scipy.interpolate.CubicSpline(time[around], x[around])(instants)
             for (around, _), instants in zip(pieces, wanted, strict=True)
         ]
     )

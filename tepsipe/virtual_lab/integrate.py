@@ -17,7 +17,7 @@ rigid ground a hundredth), and the motion of the frame by less than a quarter.
 import math
 from array import array
 from collections.abc import Callable
-from functools import cache, partial
+from functools import cache
 from typing import Annotated, Any
 
 import numpy as np
@@ -52,7 +52,7 @@ def integrate(
     h, rests = 1.0 / rate_hz, _rests(inputs).tolist()
     begin, middle, end = inputs.T.tolist()
     x = tuple(float(value) for value in initial)
-    step, defect, steps = stepper(len(x)), _defect(len(x)), len(inputs)
+    step, steps = stepper(len(x)), len(inputs)
     # grid points and their states, and what the long steps begin and end with
     grid, states, ends = array("q", [0]), array("d", x), array("d")
     k = retry = 0
@@ -66,7 +66,7 @@ def integrate(
         if rest:
             after = step(derivative, slope, u, u, x, LONG * h)
             last_slope = derivative(u, after)
-            if defect(derivative, u, x, after, slope, last_slope, LONG * h) < DEFECT:
+            if _defect(derivative, u, x, after, slope, last_slope, LONG * h) < DEFECT:
                 taken, known = LONG, (u, last_slope)
                 ends.extend(x + after + slope + last_slope)
             else:
@@ -87,6 +87,14 @@ def _rests(inputs: Annotated[np.ndarray, "(n, 3)"]) -> Annotated[np.ndarray, "(n
     rests, free = np.zeros(len(inputs), dtype=bool), max(len(inputs) + 1 - LONG, 0)
     rests[:free] = changes[::3][:free] == changes[3 * LONG - 1 :: 3]
     return rests
+
+
+def _defect(f: Derivative, u, x: State, after: State, slope: State, last_slope: State, h: float) -> float:
+    """Largest defect in the middle of a step of length ``h`` (s) under the input ``u``, see above."""
+    ends = list(zip(x, after, slope, last_slope, strict=True))
+    middle = tuple([0.5 * (x0 + x1) + 0.125 * h * (f0 - f1) for x0, x1, f0, f1 in ends])
+    given = zip(ends, f(u, middle), strict=True)
+    return max([abs(1.5 * (x1 - x0) / h - 0.25 * (f0 + f1) - rate) for (x0, x1, f0, f1), rate in given])
 
 
 def _filled(grid: array, states: np.ndarray, ends: np.ndarray, h: float) -> np.ndarray:
@@ -117,7 +125,10 @@ def stepper(n: int) -> Callable[[Derivative, State, Any, Any, State, float], Sta
     input in its middle and at its end; ``f`` is as the ``derivative`` of `integrate` (unit of the state per
     s).
     """
-    listed = partial(_listed, n)
+
+    def listed(form: str) -> str:
+        return ", ".join(form.format(k) for k in range(n)) + ","
+
     text = f"""
 def step(f, a, middle, end, x, h):
     half, sixth = 0.5 * h, h / 6.0
@@ -131,30 +142,3 @@ def step(f, a, middle, end, x, h):
     names: dict = {}
     exec(text, names)
     return names["step"]
-
-
-@cache
-def _defect(n: int) -> Callable[[Derivative, Any, State, State, State, State, float], float]:
-    """Largest defect in the middle of a step, see above, written out like the step.
-
-    Returns: ``defect(f, u, x_0, x_1, f_0, f_1, h)`` of a step of length ``h`` (s) under the input ``u``.
-    """
-    listed = partial(_listed, n)
-    text = f"""
-def defect(f, u, x, y, a, b, h):
-    part = 0.125 * h
-    {listed("x{0}")} = x
-    {listed("y{0}")} = y
-    {listed("a{0}")} = a
-    {listed("b{0}")} = b
-    {listed("c{0}")} = f(u, ({listed("0.5 * (x{0} + y{0}) + part * (a{0} - b{0})")}))
-    return max(({listed("abs(1.5 * (y{0} - x{0}) / h - 0.25 * (a{0} + b{0}) - c{0})")}))
-"""
-    names: dict = {}
-    exec(text, names)
-    return names["defect"]
-
-
-def _listed(n: int, form: str) -> str:
-    """The form with the number of each state in turn."""
-    return ", ".join(form.format(k) for k in range(n)) + ","
