@@ -171,7 +171,7 @@ def test_cells_of_models_are_those_of_the_scores():
 def test_frame_names_its_terms_and_no_resonance_that_nobody_sees():
     chapter = words(run_of())
     kept = "bristle friction (which depends on the path of the belt) and a lever arm of the friction"
-    assert kept in chapter and "about the x axis. We fitted the mean pulse" in chapter
+    assert kept in chapter and "about the x axis. We fitted force and moment together" in chapter
     assert "above 200 Hz at 0 kg, at 48.7 ± 0.20 Hz at 20 kg and at 43.9 ± 0.11 Hz at 60 kg" in chapter
     assert "|weight|0.980|0.830|0.990|" in chapter
     assert "For this treadmill we kept no further term." in words(run_of(bristles=BRISTLES | {"terms": []}))
