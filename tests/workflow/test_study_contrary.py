@@ -23,7 +23,7 @@ pytestmark = pytest.mark.study
 FALSE_HERE = (
     "a single minimum within the printed bounds",
     "depends on the starting value (",
-    "The VAF is highest at an intermediate scale factor",
+    "The VAF of the full dataset is highest at an intermediate scale factor",
     "probably did not end that far from the minimum",
     "consistent torque is lower than the VAF of the printed torque",
     "Every 95 % interval of I lies above zero",
