@@ -83,12 +83,11 @@ class FilteredTrial:
     def _made(self) -> dict[tuple, np.ndarray]:
         return {}
 
-    def _once(self, make: Callable[..., np.ndarray], *chosen: tuple[str, bool]) -> np.ndarray:
-        """Result for the chosen signals, kept for all cells, which ask for the same; not to be changed."""
-        key = make.__name__, *chosen
-        if key not in self._made:
-            self._made[key] = make(self.signals(*chosen))
-        return self._made[key]
+    def _once(self, name: str, chosen: tuple, make: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """What ``make`` returns for the chosen signals, made once for all cells; do not modify it."""
+        if (name, chosen) not in self._made:
+            self._made[name, chosen] = make(self.signals(*chosen))
+        return self._made[name, chosen]
 
     def signals(self, *chosen: tuple[str, bool]) -> np.ndarray:
         """Signals by their names in `ROWS`, each raw or low-passed, shape (k, n)."""
@@ -100,23 +99,15 @@ class FilteredTrial:
         def windows(x: np.ndarray) -> np.ndarray:
             return np.ascontiguousarray((x[:, self.within] * self.inside).transpose(1, 0, 2))
 
-        return self._once(windows, *chosen)
+        return self._once("windows", chosen, windows)
 
     def gram(self, *chosen: tuple[str, bool]) -> np.ndarray:
         """Sums of their products over the whole trial, shape (k, k)."""
-
-        def gram(x: np.ndarray) -> np.ndarray:
-            return x @ x.T
-
-        return self._once(gram, *chosen)
+        return self._once("gram", chosen, lambda x: x @ x.T)
 
     def rms(self, name: str) -> np.ndarray:
         """Root of the mean square of a raw signal, a number."""
-
-        def rms(x: np.ndarray) -> np.ndarray:
-            return np.sqrt(np.mean(x**2))
-
-        return self._once(rms, (name, False))
+        return self._once("rms", ((name, False),), lambda x: np.sqrt(np.mean(x**2)))
 
     def filtered_noise(self, unit_noise: np.ndarray) -> np.ndarray:
         """F n in the windows, shape (draws, w, s), of noise n of unit variance, shape (draws, k)."""

@@ -14,13 +14,13 @@ Dummies with several joints stand on one belt, each on its own foot. They do not
 call of PyBullet serves all of them: a step of four takes half the time of four steps of one.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
 import pybullet
 
-from tepsipe.mechanics.engines.interface import FALLEN_RAD, Joint, Swing, Task, in_world_frame
+from tepsipe.mechanics.engines.interface import FALLEN_RAD, Swing, Task, in_world_frame
 
 
 def simulate(task: Task) -> list[Swing]:
@@ -126,7 +126,7 @@ def _swings(dummies: _Dummies, task: Task, y_dd: np.ndarray) -> list[tuple]:
     """For every leg, angle (rad) and rate (rad/s) at every step, and the time of the fall (s) or None."""
     h, count = task.step_s, len(task.joints)
     theta, theta_d = task.start.angle_rad, task.start.rate_rad_per_s
-    resistances = [_resistance(joint) for joint in task.joints]
+    resistances = [joint.resistance for joint in task.joints]
     # a first step gives theta'' at the start, and with it the rates at the preceding half steps
     q = [theta] * count
     dummies.put(q, [theta_d] * count)
@@ -157,12 +157,6 @@ def _swings(dummies: _Dummies, task: Task, y_dd: np.ndarray) -> list[tuple]:
         rate = 0.5 * (half[:-1] + half[1:]) - h**2 * jerk / 6.0
         swings.append((q[:fell], rate, None if fell is None else fell * h))
     return swings
-
-
-def _resistance(joint: Joint) -> Callable[[float, float], float]:
-    """The function `Joint.resistance`; that of a linear joint looks no constant up, and is twice as fast."""
-    b, k, rest = joint.damping_Nms_per_rad, joint.stiffness_Nm_per_rad, joint.rest_angle_rad
-    return joint.resistance if joint.softens else lambda theta, theta_d: b * theta_d + k * (theta - rest)
 
 
 def _no_torque(theta: float, theta_d: float) -> float:
