@@ -151,7 +151,7 @@ TYPED_BY_PLACE = {
     "reproduction": ["0.1 to 0.3 m/s", "at 0.5 m/s, relative to 0.1 m/s"],
     "rigs": ["the peak velocity in 0.1 m/s", "it is 0.5 m/s", "with a pulse every 8 s"],
     "standing": [
-        "the peaks within 0.3 s of the onset",
+        "within 0.3 s of the onset",
         "up to 20 ms shorter",
         "up to 200 ms",
         "from 40 ms after",
